@@ -44,7 +44,7 @@ def main(command: list[str]) -> int:
     where = linked(ROOT)
     if where != ROOT:
         print(
-            f"mechc/lang and its like are no links here: checking the copy in {where.relative_to(ROOT)}",
+            f"mechc/lang and its like are not links here: checking the copy in {where.relative_to(ROOT)}",
             file=sys.stderr,
         )
     program = shutil.which(command[0])

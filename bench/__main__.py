@@ -17,6 +17,8 @@ PAGES = (
     "evaluation",
     "tangents",
     "functions",
+    "robot_functions",
+    "stepping",
     "tables",
     "massless",
     "gradient",

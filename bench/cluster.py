@@ -100,7 +100,7 @@ def question(n: int) -> tuple[Any, Recipe, Make]:
 
 @contextmanager
 def machines(workers: int, processes: bool) -> Iterator[Any]:
-    """Begin a cluster; its scheduler is in this process, and its workers, if they are no processes of their own."""
+    """Begin a cluster; its scheduler is in this process, and its workers, if they are not processes of their own."""
     with (
         distributed.LocalCluster(
             n_workers=workers,

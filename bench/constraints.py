@@ -6,7 +6,7 @@ import math
 from fractions import Fraction
 
 from mechc.compiler.pipeline import compile_source
-from mechc.compiler.program.hoist import hoistable
+from mechc.compiler.program.lower import hoistable
 from mechc.lang.source import SourceFile
 
 from .evaluation import nanoseconds

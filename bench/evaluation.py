@@ -9,7 +9,6 @@ from __future__ import annotations
 import ctypes
 import os
 import subprocess
-import tempfile
 import time
 from fractions import Fraction
 from pathlib import Path
@@ -25,16 +24,16 @@ from mechc.runtime.native import kernel as native
 
 from . import generated
 from .machine import table, write
+from .peer_builds import PEERS, built
 from .systems import BARS, POINTS_ABSOLUTE, POINTS_RELATIVE, SPATIAL
 
-PEERS = Path(__file__).parent / "peers"
 BATCH = 256
 
 
 def nanoseconds(text: str, n: int) -> float:
     """Best time of one call of the compiled accelerations, at random states, called in batches from C."""
     compilation = compile_source(SourceFile("chain.mech", text), structural={"n": Fraction(n)})
-    problem = make_problem(compilation.program, "c")
+    problem = make_problem(compilation.program)
     functions = load_functions(problem)
     case = prepare(problem, functions, SimulationOptions())
     kernel = native.load_kernel()
@@ -60,24 +59,8 @@ def nanoseconds(text: str, n: int) -> float:
 
 
 def pinocchio(python: str | None) -> Path | None:
-    """Compile the peer with the headers that its package ships; takes about a minute and a half."""
-    given = os.environ.get("MECHC_PINOCCHIO_CHAIN")
-    if given:
-        return Path(given)
-    if python is None:
-        return None
-    code = "import sysconfig; print(sysconfig.get_paths()['purelib'])"
-    site = subprocess.run([python, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
-    prefix = Path(site, "cmeel.prefix")
-    built = Path(tempfile.mkdtemp(), "pinocchio_chain")
-    limits = ("LIST_SIZE=30", "VECTOR_SIZE=30")
-    flags = ["-std=c++17", "-O2", "-march=x86-64-v2", "-DNDEBUG", "-DBOOST_FUSION_INVOKE_MAX_ARITY=12"]
-    flags += [f"-DBOOST_MPL_LIMIT_{limit}" for limit in limits] + ["-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]
-    paths = [f"-I{prefix}/include", f"-I{prefix}/include/eigen3", "-I/usr/include/eigen3", f"-L{prefix}/lib"]
-    link = [f"-Wl,-rpath,{prefix}/lib", "-lpinocchio_default"]
-    source = str(PEERS / "pinocchio_chain.cpp")
-    subprocess.run(["g++", *flags, *paths, source, "-o", str(built), *link], check=True)
-    return built
+    """Compile the peer; takes about a minute and a half."""
+    return None if python is None else built(python, "pinocchio_chain", "-O2", "-march=x86-64-v2")
 
 
 def by_pinocchio(program: Path | None, kind: str, n: int) -> float:

@@ -6,7 +6,6 @@ Both are called from C in one process, in turn, at the same random states of the
 from __future__ import annotations
 
 import ctypes
-import os
 import subprocess
 import tempfile
 from ctypes import POINTER, Structure, c_double, c_int, c_long, c_longlong, c_void_p
@@ -29,10 +28,9 @@ from mechc.runtime.native.build import build_shared, model_flags
 from mechc.runtime.native.kernel import kernel_sources
 
 from .machine import table
+from .peer_builds import built
 from .systems import POINTS_RELATIVE, SPATIAL
 
-PEERS = Path(__file__).parent / "peers"
-SOURCE = PEERS / "pinocchio_casadi.cpp"
 STATES = 64
 ROUNDS = 41
 BATCH = 1e-3
@@ -67,32 +65,6 @@ class Contestant(Struct, eq=False):
 
     task: _Task
     held: tuple[Any, ...]
-
-
-def writer(python: str) -> Path:
-    """Compile what writes Pinocchio's accelerations as C; takes about a minute."""
-    given = os.environ.get("MECHC_PINOCCHIO_CASADI")
-    if given:
-        return Path(given)
-    code = "import sysconfig; print(sysconfig.get_paths()['purelib'])"
-    site = Path(
-        subprocess.run([python, "-c", code], capture_output=True, text=True, check=True).stdout.strip()
-    )
-    prefix, casadi = site / "cmeel.prefix", site / "casadi"
-    built = Path(tempfile.mkdtemp(), "pinocchio_casadi")
-    flags = ["-std=c++17", "-O1", "-DNDEBUG", "-DBOOST_FUSION_INVOKE_MAX_ARITY=12"]
-    flags += [f"-DBOOST_MPL_LIMIT_{limit}=30" for limit in ("LIST_SIZE", "VECTOR_SIZE")]
-    flags += ["-DBOOST_MPL_CFG_NO_PREPROCESSED_HEADERS"]
-    paths = [
-        f"-I{prefix}/include",
-        f"-I{prefix}/include/eigen3",
-        "-I/usr/include/eigen3",
-        f"-I{casadi}/include",
-    ]
-    link = [f"-L{prefix}/lib", f"-Wl,-rpath,{prefix}/lib", "-lpinocchio_default"]
-    link += [f"-L{casadi}", f"-Wl,-rpath,{casadi}", "-lcasadi"]
-    subprocess.run(["g++", *flags, *paths, str(SOURCE), "-o", str(built), *link], check=True)
-    return built
 
 
 def caller() -> ctypes.CDLL:
@@ -181,7 +153,7 @@ FLAGS = (
 
 def compared(python: str, quick: bool) -> list[str]:
     """Return the paragraphs of the page."""
-    program, library = writer(python), caller()
+    program, library = built(python, "pinocchio_casadi", "-O1", casadi=True), caller()
     rows = []
     for (kind, n), goal in GOALS.items():
         y = np.random.default_rng(1).uniform(-1, 1, (STATES, 2 * n))

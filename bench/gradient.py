@@ -14,7 +14,7 @@ from mechc.lang.source import SourceFile
 from mechc.model import CompiledModel
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.integrate.kernel_run import run_kernel
-from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.solver import SolverOptions
 from mechc.runtime.studies.runs.simulate import plan_run
 from mechc.runtime.tangent.flow import Tangents
 from mechc.runtime.tangent.gradient import Gradients

@@ -148,7 +148,9 @@ def measure(name: str, text: str, n: int, folder: str) -> list[str]:
 
 
 def main(quick: bool = False) -> None:
-    compile_source(SourceFile("model.mech", BARS), structural={"n": Fraction(3)})  # imports are no part of it
+    compile_source(
+        SourceFile("model.mech", BARS), structural={"n": Fraction(3)}
+    )  # imports are not part of it
     with tempfile.TemporaryDirectory() as folder:
         rows = [
             measure(name, text, n, folder)

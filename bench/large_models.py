@@ -15,7 +15,7 @@ CASES = (("bars on hinges", BARS, 1000), ("bars on hinges", BARS, 10_000), ("bod
 
 
 def measure(name: str, n: int) -> list[str]:
-    """Return a row of the table; imports are no part of the times."""
+    """Return a row of the table; imports are not part of the times."""
     system = System(name, next(text for known, text, _ in CASES if known == name))
     formed(system, 5)
     seconds, operations, text, loops = formed(system, n)

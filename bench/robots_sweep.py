@@ -88,8 +88,8 @@ class Ours:
             self.formatted = _command("fmt", "--check", str(there))[0] == 0
         self.changed: dict[str, str] = dict(re.findall(r"^//   (\w+ .*): (\w+)$", self.text, re.M))
         begun = time.process_time()
-        model = mechc.loads(_without_friction(self.text))
-        self.f = model.functions
+        self.model = mechc.loads(_without_friction(self.text))
+        self.f = self.model.functions
         self.seconds = time.process_time() - begun
         names = [name for name, _ in self.f.states]
         self.states = {name: k for k, name in enumerate(names)}
@@ -176,7 +176,7 @@ def compare_urdf(path: Path, floating: bool) -> dict[str, Any]:
     random, errors = np.random.default_rng(7), Errors()
     f = ours.f
     links = theirs.links()
-    frames = [(link, _frame(f, ours.name("link", link))) for link in links]
+    frames = [(link, frame_of(f, ours.name("link", link))) for link in links]
     carried = theirs.carried()
     regressor = (
         f.regressor([_name_of_frame(f, ours.name("link", link)) for _, link in carried]) if carried else None
@@ -250,7 +250,7 @@ def _name_of_frame(f: Any, link: str) -> str:
     return next(name for name in (f"{link}.a", link) if is_frame_or_point(f._model.compilation, name))
 
 
-def _frame(f: Any, link: str) -> Any:
+def frame_of(f: Any, link: str) -> Any:
     return f.frame(_name_of_frame(f, link))
 
 
@@ -400,10 +400,9 @@ def compare_mjcf(path: Path) -> dict[str, Any]:
     if m.nv == 0:
         return {"skipped": "nothing moves"}
     ours = Ours(path, "--meshes", "none")
-    off = ("CONTACT", "LIMIT", "FRICTIONLOSS")
-    m.opt.disableflags |= sum(int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}")) for name in off)
+    switch_off(mujoco, m)
     less = _take_out(mujoco, m, ours.left_out)
-    theirs = _MuJoCo(mujoco, m, ours)
+    theirs = MuJoCo(mujoco, m, ours)
     random, errors = np.random.default_rng(7), Errors()
     f = ours.f
     for _ in range(STATES):
@@ -426,6 +425,12 @@ def compare_mjcf(path: Path) -> dict[str, Any]:
             activations = f.rates(y, 0.0, u)[theirs.activations]
             errors.note("activations", activations, theirs.d.act_dot)
     return {**_result(ours, errors, m.nv), "less": less, "equalities": int(m.neq), "actuators": int(m.nu)}
+
+
+def switch_off(mujoco: Any, m: Any, *more: str) -> None:
+    """Let nothing touch, end or rub in a model of MuJoCo."""
+    for name in ("CONTACT", "LIMIT", "FRICTIONLOSS", *more):
+        m.opt.disableflags |= int(getattr(mujoco.mjtDisableBit, f"mjDSBL_{name}"))
 
 
 def _take_out(mujoco: Any, m: Any, left_out: Sequence[str]) -> list[str]:
@@ -482,7 +487,7 @@ def _index(mujoco: Any, m: Any, kind: str, name: str) -> int:
     return plain.index(name) if name in plain else plain.index(name.removesuffix(f"_{kind}"))
 
 
-class _MuJoCo:
+class MuJoCo:
     """A model of MuJoCo beside ours."""
 
     def __init__(self, mujoco: Any, m: Any, ours: Ours) -> None:

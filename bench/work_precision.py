@@ -37,7 +37,7 @@ LONGEST = 2.0
 
 
 class System(Struct, frozen=True):
-    """``goal``: how many times longer scipy should take. ``text``: of a model that is no example."""
+    """``goal``: how many times longer scipy should take. ``text``: of a model that is not an example."""
 
     name: str
     goal: float

@@ -70,10 +70,10 @@ class Compilation:
     def source(self) -> SourceFile:
         return self.request.source
 
-    @property
+    @cached_property
     def parts(self) -> frozenset[str]:
         """The parts that were built whether they are needed or not."""
-        return self.request.parts
+        return self.request.parts | self.outline.parts
 
     @cached_property
     def outline(self) -> Outline:
@@ -96,7 +96,7 @@ class Compilation:
             return read(self._stored["flat"], FlatModel)
         from mechc.lang.diagnostics import Reporter
 
-        from .flat.from_text import flat_model_of
+        from .flat.flatten import flat_model_of
         from .interpreter import compiling
 
         asked = self.request

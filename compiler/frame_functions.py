@@ -1,5 +1,5 @@
 """Functions of one frame or point, or of all bodies together, formed of a compilation without forming the model again: pose,
-velocities and Jacobian; mass centre and momenta."""
+velocities and Jacobian; mass centre and momenta; derivatives of the rates."""
 
 from __future__ import annotations
 
@@ -50,16 +50,27 @@ def centroid_functions(compilation: Compilation, *, quick: bool) -> FrameFunctio
     return None if made is None else _built(compilation, made, quick)
 
 
+def rates_jacobian_function(compilation: Compilation, *, quick: bool) -> FrameFunctions:
+    """Build the derivatives of the rates by the state."""
+    from .equations.offered import rates_jacobian
+
+    equations = compilation.equations
+    made = rates_jacobian(equations), (len(equations.states),) * 2
+    return _compiled(compilation, replace(equations, functions=made[:1]), [made], quick)
+
+
 Made = list[tuple[Function, tuple[int, ...]]]
 
 
 def _built(compilation: Compilation, made: Made, quick: bool) -> FrameFunctions | None:
+    placed = _of_the_states(compilation, [f for f, _ in made])
+    return None if placed is None else _compiled(compilation, placed, made, quick)
+
+
+def _compiled(compilation: Compilation, placed: Equations, made: Made, quick: bool) -> FrameFunctions:
     from .problem import header
     from .targets.c import emit_functions
 
-    placed = _of_the_states(compilation, [f for f, _ in made])
-    if placed is None:
-        return None
     program = lower_functions(placed, compilation.program, placed.functions)
     compiler = find_quick_compiler() if quick else None
     text = emit_functions(program)

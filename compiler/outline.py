@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Struct
 
 from mechc.runtime.interface import ModelInterface, interface_of
+from mechc.runtime.methods import SOLVING_CONTACTS, parts_for
 
 if TYPE_CHECKING:
     from .flat.model import FlatModel
@@ -54,6 +55,17 @@ class Outline(Struct, frozen=True):
     structural: Mapping[str, Exact]
     experiments: tuple[ExperimentOutline, ...]
     studies: tuple[StatedStudy, ...]
+
+    def experiment(self) -> ExperimentOutline | None:
+        """Find the experiment that is run without a name: the unnamed one, else the first."""
+        return next((e for e in self.experiments if not e.name), next(iter(self.experiments), None))
+
+    @property
+    def parts(self) -> frozenset[str]:
+        """The parts that are formed with the model, since its own run works on them: a crowd of contacts takes long to form."""
+        own = self.experiment()
+        method = own.words.get("method", "") if own is not None else ""
+        return parts_for(method) if method in SOLVING_CONTACTS else frozenset()
 
 
 class Summary(Struct, frozen=True):

@@ -13,21 +13,18 @@ from mechc.lang.diagnostics import Reporter
 from mechc.lang.source import SourceFile
 
 from .compilation import Compilation, Request
-from .equations import growth
-from .equations.adjoints import adjoint_equations
 from .equations.assemble import assemble
 from .equations.model import Equations
 from .equations.rows.crowd import check_forces_have_formulas
 from .equations.solve.shares import check_derivatives
-from .equations.tangents import tangent_equations
-from .flat.from_text import flat_model_of
+from .flat.flatten import flat_model_of
 from .flat.model import FlatModel, Unlike
 from .interpreter import compiling
 from .mechanics.build import build
 from .mechanics.system import MechanicalSystem
+from .outline import outline_of
 from .program.lower import lower
 from .program.model import Program
-from .program.series import with_series
 from .verification import verified
 
 if TYPE_CHECKING:
@@ -111,15 +108,21 @@ def _formed(
     derived: bool = False,
 ) -> Compilation:
     system = verified(build(verified(flat), reporter, by_value=by_value))
-    equations = _assembled(system, reporter, request.parts)
-    stages = {"ast": tree, "flat": flat, "system": system, "equations": equations}
-    stages["program"] = _lowered(equations, request.parts)
+    outline = outline_of(flat)
+    parts = request.parts | outline.parts
+    equations = _assembled(system, reporter, parts)
+    stages = {"ast": tree, "flat": flat, "outline": outline, "system": system, "equations": equations}
+    stages["program"] = _lowered(equations, parts)
     return Compilation(request, stages, diagnostics=reporter.diagnostics, derived=derived)
 
 
 def _assembled(system: MechanicalSystem, reporter: Reporter, parts: Collection[str]) -> Equations:
     equations = verified(assemble(system, reporter, parts))
-    return verified(growth.growth_equations(_apart(equations))) if growth.PART in parts else equations
+    if "growth" not in parts:
+        return equations
+    from .equations.growth import growth_equations
+
+    return verified(growth_equations(_apart(equations)))
 
 
 def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
@@ -131,13 +134,19 @@ def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
 
 
 def _lowered(equations: Equations, parts: Collection[str]) -> Program:
-    program = lower(equations, hoist="constants" not in parts)
-    return verified(with_series(program) if "series" in parts else program)
+    program = lower(equations, hoist="constants" not in parts, formulas="formulas" in parts)
+    if "series" in parts:
+        from .program.series import with_series
+
+        program = with_series(program)
+    return verified(program)
 
 
 def tangent_program(compilation: Compilation, directions: Directions, parts: Collection[str] = ()) -> Program:
     """Return the program of the motion together with its derivatives (equations/tangents.py)."""
     with compiling():
+        from .equations.tangents import tangent_equations
+
         _check_differentiable(compilation.equations)
         equations = verified(tangent_equations(_apart(equations_with(compilation, parts)), directions))
         return verified(lower(equations))
@@ -146,6 +155,8 @@ def tangent_program(compilation: Compilation, directions: Directions, parts: Col
 def adjoint_program(compilation: Compilation, asked: Adjoint) -> Program:
     """Return the program that pulls a goal back to the start and to parameters (equations/adjoints.py)."""
     with compiling():
+        from .equations.adjoints import adjoint_equations
+
         _check_differentiable(compilation.equations)
         return verified(lower(verified(adjoint_equations(_apart(compilation.equations), asked))))
 

@@ -13,8 +13,8 @@ from mechc.runtime.functions import with_code
 from mechc.runtime.native.build import (
     build_shared,
     built_once,
-    find_compiler,
     find_quick_compiler,
+    known_compiler,
     model_flags,
 )
 from mechc.runtime.problem import Problem
@@ -128,12 +128,13 @@ def _made(
         functions, parameters = load_arrays(program())
         return with_code(summary.description, functions=functions, parameters_function=parameters)
     compiler = find_quick_compiler() if quick else None
-    strict = reproducible or compiler is not None
+    by = compiler or known_compiler()
+    in_process = by is not None and by.in_process
+    strict = reproducible or in_process  # libtcc gains nothing from sines in groups
     flags = model_flags(strict, summary.loops)
 
     def build() -> Path:
-        by = compiler or find_compiler()
-        return build_shared(_written(program(), strict, by is not None and by.in_process), flags, compiler=by)
+        return build_shared(_written(program(), strict, in_process), flags, compiler=compiler)
 
     if stored_as:
         known = {
@@ -150,9 +151,8 @@ def _written(program: Program, reproducible: bool, in_process: bool = False) -> 
     """Return the C text of a program and the headers that it includes, by their names. libtcc, which compiles ``in_process``, takes
     no longer for long functions, whose pieces it makes slower."""
     from .targets.c import emit_c
-    from .targets.c_data import CROWD_INCLUDED, SHARES_INCLUDED
+    from .targets.c_data import CROWD_INCLUDED, SERIES_INCLUDED, SHARES_INCLUDED
     from .targets.c_forms import TURNS_INCLUDED
-    from .targets.c_series import SERIES_INCLUDED
 
     whole = in_process and max(f.operations for f in program.functions) <= MOST_WHOLE
     text = emit_c(program, 0 if whole else None, turns=not reproducible)

@@ -135,7 +135,7 @@ def _compact(equations: Equations) -> Equations:
 def _to_text(value: object) -> str:
     if isinstance(value, Fraction):
         return f"{value.numerator:x}/{value.denominator:x}"
-    raise TypeError(f"a {type(value).__name__} is no part of a stage")
+    raise TypeError(f"a {type(value).__name__} is not a part of a stage")
 
 
 def _from_text(wanted: type, text: str) -> Fraction:
@@ -207,7 +207,7 @@ class _Writer:
         if isinstance(value, LongBody):
             columns = (value.kinds, value.first, value.second, value.third)
             return [_LONG, *map(self.plain, columns), _encoder.encode(value.numbers)]
-        raise TypeError(f"a {kind.__name__} is no part of a stage")
+        raise TypeError(f"a {kind.__name__} is not a part of a stage")
 
     def _struct(self, value: Struct) -> list[object]:
         kind = value.__class__

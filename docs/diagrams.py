@@ -84,7 +84,7 @@ MOVED = {
 """Coordinates of a joint in its diagram, so that it can be seen how it moves."""
 
 
-ARM, BALL, PALE = 0.2, 0.02, 0.6
+ARM, BALL, PALE = 0.22, 0.02, 0.6
 """Of the whole diagram: the axes of a frame, and what has no size of its own, such as the ball of a hinge; how opaque the part is."""
 
 SMALLEST = 1e-6
@@ -199,7 +199,7 @@ def text(part: Part, frames: Sequence[str], size: int) -> str:
                 given.append(f"{s.name} = 1 {NAMED_TYPES[s.type].unit}")
         ends = [f"{end} = {pose}" for end, pose in bound.items()]
         lines.append(f"  P.{part.model.name} part({', '.join([*ends, *given])});")
-    lines += ["  parameter Length arm = 0 m;", *(f"  draw frame(part.{f}, size = arm);" for f in frames)]
+    lines += [f"  draw frame(part.{f}, size = 0 m);" for f in frames]
     return "\n".join([*lines, "end Diagram;", ""])
 
 
@@ -215,19 +215,21 @@ def moved(coordinate: ast.Coordinate) -> str:
 def painted(model: mechc.Model, frames: Sequence[str]) -> str:
     """Return the picture of a scene without its scales, each frame named at the tip of its x axis."""
     now = np.array([0.0])
-    bare = Painter(model.simulate(stop=1e-9), now)
-    extent = float(np.linalg.norm(bare.high - bare.low))
+    solution = model.simulate(stop=1e-9, estimate_error=False)
+    staged = solution.staged()
+    assert staged is not None, "the model was loaded with its scene"
+    axes: Any = Figure(figsize=(3.2, 2.4)).add_axes(
+        (0.02, 0.02, 0.96, 0.96), projection=None if staged[0].size == 2 else "3d"
+    )
+    found = Painter(solution, now, axes)
+    extent = float(np.linalg.norm(found.high - found.low))
     arm = ARM * extent if extent > SMALLEST else 1.0
-    solution = model.simulate(stop=1e-9, set={"arm": arm})
-    found = Painter(solution, now)
     shown = [s for s in found.scene.shapes if s.kind == "frame"][-len(frames) :]
     frames_at = [found.rows[0, list(shape.numbers)][:12] for shape in shown]
     places: dict[tuple[float, ...], list[str]] = {}
     for name, v in zip(frames, frames_at, strict=True):
         places.setdefault(tuple(np.round(v[:6], 6)), []).append(name)
-    room = [np.array([v[:3] + 1.8 * arm * v[3:6]]) for v in frames_at]
-    figure = Figure(figsize=(3.2, 2.4))
-    axes: Any = figure.add_axes((0.02, 0.02, 0.96, 0.96), projection=None if found.flat else "3d")
+    room = [np.array([v[:3] - arm, v[:3] + arm, v[:3] + 1.8 * arm * v[3:6]]) for v in frames_at]
     painter = Painter(solution, now, axes, room, small=BALL)
     painter.paint(0, opacity=PALE)
     axes.set_axis_off()
@@ -244,7 +246,7 @@ def painted(model: mechc.Model, frames: Sequence[str]) -> str:
         axes.text(*at, ", ".join(names), fontsize=9, ha=side, va="center", zorder=9)
     buffer = io.StringIO()
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "mechc"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
+        axes.figure.savefig(buffer, format="svg", metadata={"Date": None}, transparent=True)
     return slim(buffer.getvalue())
 
 

@@ -186,7 +186,7 @@ class Parenthesis(Node, frozen=True):
 
 
 class Subscript(Node, frozen=True):
-    """``base[indices]`` where the base is no plain reference: ``f(x)[2]``, ``{1, 2}[i]``."""
+    """``base[indices]`` where the base is not a plain reference: ``f(x)[2]``, ``{1, 2}[i]``."""
 
     base: Expression
     indices: tuple[Expression, ...]

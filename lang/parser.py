@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
@@ -18,9 +18,10 @@ from .diagnostics import Diagnostic, Reporter
 from .grammar.keywords import RESERVED
 from .grammar.lexer import MOST_ERRORS, Token, tokenise
 from .grammar.tables import END, LexerMode, ParserTables, load_tables
-from .mistakes.recovery import Panic, Situation, TokenEdit, replaced_header, synchronise
-from .mistakes.syntax_errors import diagnose
 from .source import SourceFile, Span
+
+if TYPE_CHECKING:
+    from .mistakes.recovery import Situation
 
 DEEPEST = 150
 """Most levels of nodes within nodes: later passes are recursive."""
@@ -163,6 +164,8 @@ class _Machine(Struct):
         return False
 
     def situation(self) -> Situation:
+        from .mistakes.recovery import Situation
+
         return Situation(
             self.tables,
             self.builder.source,
@@ -186,6 +189,9 @@ class _Machine(Struct):
 
     def repair(self, problems: Reporter, mended: set[int]) -> bool:
         """Report the token that does not fit and make it fit, or skip; False where that is hopeless."""
+        from .mistakes.recovery import Panic, TokenEdit, replaced_header, synchronise
+        from .mistakes.syntax_errors import diagnose
+
         self.repairs += 1
         if self.repairs > _MOST_REPAIRS:
             return False
@@ -223,7 +229,9 @@ def _line(d: Diagnostic) -> int:
 def _hand_over(problems: Reporter, reporter: Reporter) -> None:
     """Pass the errors on in the order of the text, and stop on any."""
     found = problems.diagnostics
-    foreign = {_line(d) for d in found if d.code == "E0120"}  # 'def f(x):' is no component with modifications
+    foreign = {
+        _line(d) for d in found if d.code == "E0120"
+    }  # 'def f(x):' is not a component with modifications
     found = tuple(d for d in found if d.code != "E0127" or _line(d) not in foreign)
     for d in sorted(found, key=lambda d: d.span.start if d.span else 0)[:MOST_ERRORS]:
         reporter.add(d)

@@ -53,7 +53,7 @@ def read_robot(path: Path, reporter: Reporter) -> str:
     data = _bytes(path, reporter)
     text = _text(str(path), data, reporter)
     if _root(text) not in IMPORTED:
-        foreign = _foreign(str(path), text) or "no robot in URDF or MJCF"
+        foreign = _foreign(str(path), text) or "not a robot in URDF or MJCF"
         raise reporter.fail("E0101", f"'{path}' is {foreign}, which is not imported", None)
     return text
 

@@ -54,7 +54,7 @@ class Span(Struct, frozen=True):
 
 
 class Placed(Struct, frozen=True, eq=False, kw_only=True):
-    """What a text states at ``span``. Where it stands is no part of it: equal statements compare equal.
+    """What a text states at ``span``. Where it stands is not a part of it: equal statements compare equal.
 
     ``aside`` names the fields that neither count in a comparison nor show.
     """

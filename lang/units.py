@@ -96,7 +96,7 @@ class Unit(Struct, frozen=True):
 
 
 class UnitError(ValueError):
-    """A text is no unit; ``suggestion`` is a unit that may have been meant, or empty."""
+    """A text is not a unit; ``suggestion`` is a unit that may have been meant, or empty."""
 
     def __init__(self, message: str, suggestion: str = "") -> None:
         super().__init__(message)
@@ -240,8 +240,12 @@ _SPELLED_OUT: Mapping[str, str] = {
 }  # fmt: skip
 
 
-_CUSTOMARY = ("in", "yd", "mi", "oz", "ps")
-"""Units that are no others misspelt, so that none is guessed for them."""
+TEMPERATURES = ("degc", "degf", "celsius", "fahrenheit")
+"""Scales whose zero is not that of K, in small letters: no units."""
+
+
+_CUSTOMARY = ("in", "yd", "mi", "oz", "ps", *TEMPERATURES)
+"""Units that are not others misspelt, so that none is guessed for them."""
 
 
 _FACTOR = r"rad|deg|min|[mc]m|kg|[msh]"

@@ -179,9 +179,9 @@ def with_own_sizes(program: Program, run: Solution | None) -> Program:
 
 def _module(model: CompiledModel, target: str) -> str:
     """Return the text of a Python module. Raises UsageMistake for what it cannot hold."""
-    from .compiler.equations.compliance import COMPLIANCE
     from .compiler.graph.operations import NORMAL
     from .compiler.program.model import Operate
+    from .runtime.interface import COMPLIANCE
 
     program = model.compilation.program
     if program.switching is not None and program.switching.delays is not None:
@@ -209,6 +209,8 @@ def _module(model: CompiledModel, target: str) -> str:
             "derivative where it does",
             "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
         )
+    else:
+        program = model.program(model.compilation.parts | {"formulas"})
     if not written.noise and any(
         type(s) is Operate and s.code == NORMAL for f in program.functions for body in f.bodies for s in body
     ):

@@ -77,7 +77,7 @@ class Functions(ModelFunctions):
 
         compilation = self._model.compilation
         if not is_frame_or_point(compilation, name):
-            raise UsageMistake(f"'{name}' is no frame and no point of '{self._model.name}'")
+            raise UsageMistake(f"'{name}' is neither a frame nor a point of '{self._model.name}'")
         found = frame_functions(compilation, name, quick=self._quick)
         if found is None:
             raise UsageMistake(
@@ -94,6 +94,14 @@ class Functions(ModelFunctions):
             of["jacobian_rate"],
             of["drift"],
         )
+
+    @cached_property
+    def rates_jacobian(self) -> Callable[..., Any]:
+        """The derivatives of the rates by the state, compiled when first asked for."""
+        from .compiler.frame_functions import rates_jacobian_function
+
+        found = rates_jacobian_function(self._model.compilation, quick=self._quick)
+        return self.of_library(found.library, found.shapes)["rates_jacobian"]
 
     @cached_property
     def centroid(self) -> Centroid:

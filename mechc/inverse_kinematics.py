@@ -58,7 +58,7 @@ class _Search:
         self.places, self.columns = places, [columns[k] for k in places]
         names = [problem.states[k].name for k in places]
         for name in limits.keys() - set(names):
-            raise UsageMistake(f"'{name}' is no coordinate that may move{suggest(name, names)}")
+            raise UsageMistake(f"'{name}' is not a coordinate that may move{suggest(name, names)}")
         stated = [(problem.states[k].minimum, problem.states[k].maximum) for k in places]
         given = [limits.get(n, own) for n, own in zip(names, stated, strict=True)]
         self.low = np.array([-math.inf if a is None else a for a, _ in given])

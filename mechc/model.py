@@ -17,7 +17,6 @@ from .compiler.compilation_cache import compiled, compiled_once, formed_of, vari
 from .compiler.outline import Exact
 from .lang.diagnostics import Diagnostic
 from .lang.source import SourceFile
-from .requests.in_si import settings_in_si
 from .requests.parse_values import (
     Given,
     Scalar,
@@ -213,9 +212,9 @@ class CompiledModel:
 
     def experiment(self, name: str | None) -> ExperimentOutline | None:
         """Find an experiment. Raises UsageMistake for an unknown name."""
-        experiments = self.compilation.outline.experiments
         if name is None:
-            return next((e for e in experiments if not e.name), experiments[0] if experiments else None)
+            return self.compilation.outline.experiment()
+        experiments = self.compilation.outline.experiments
         for experiment in experiments:
             if experiment.name == name:
                 return experiment
@@ -244,11 +243,13 @@ class CompiledModel:
     def _in_si(self, settings: Mapping[str, Given]) -> dict[str, float]:
         if not settings:
             return {}
+        from .requests.in_si import settings_in_si
+
         driven, units = self.compilation.drives, self.settable_units()
         for name in (driven.keys() & settings.keys()) - units.keys() if driven else ():
             raise UsageMistake(
                 f"'{name}' is prescribed by 'drive' (line {driven[name]})",
-                "change what the drive is formed of",
+                "change a quantity that the drive depends on",
             )
         for name in settings.keys() - units.keys() - driven.keys():
             if any(
@@ -387,11 +388,11 @@ def exact_value(name: str, value: Given) -> Exact:
 
 
 def check_parts(parts: Collection[str]) -> None:
-    """Raise UsageMistake for a name that is no part of a model."""
+    """Raise UsageMistake for a name that is not a part of a model."""
     if not parts:
         return
-    from .compiler.equations.compliance import COMPLIANCE
     from .compiler.equations.needs import PARTS
+    from .runtime.interface import COMPLIANCE
 
     if isinstance(parts, str):
         raise UsageMistake(f"parts are a collection of names, not the text '{parts}'", f'as in {{"{parts}"}}')

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 from msgspec.structs import replace
 
 from .compiler.compilation import Compilation
-from .compiler.equations.compliance import COMPLIANCE
 from .display import Display, choose
 from .model import CompiledModel
 from .requests.parse_values import UsageMistake, one_of
@@ -19,12 +18,12 @@ from .requests.question import formulas, study
 from .requests.request import Asked, holds_formulas, known_of
 from .runtime.case import Case, SimulationOptions, find_experiment, prepare
 from .runtime.functions import load_functions
-from .runtime.integrate.recompilation import BetterCodePays, little_work
+from .runtime.integrate.solver import BetterCodePays, little_work
+from .runtime.interface import COMPLIANCE
 from .runtime.memo import once
 from .runtime.outcome import AT_SINGULAR_POSITIONS, SINGULAR_MASS, TOO_MANY_STEPS, Failure, Outcome, Told
 from .runtime.problem import Problem
 from .runtime.results.solution import Solution as Run
-from .runtime.studies.kinds.sweep import Runs, Sweep
 from .runtime.studies.runs.simulate import Plan, plan_run
 from .runtime.studies.study import Answer, Study, refuse_sweep, solve
 from .solution import Solution
@@ -89,6 +88,8 @@ def answer(model: CompiledModel, asked: Asked) -> Answer:
     Structural parameters that the experiment sweeps are swept outermost: each of their values compiles the model again.
     Raises what ``Study.solve`` raises.
     """
+    from .runtime.studies.kinds.sweep import Runs, Sweep
+
     asked = with_experiment(model, _about_members(model, asked))
     if not issubclass(asked.question, Sweep):
         found = answered(model, asked)[1]
@@ -180,7 +181,7 @@ def episodes(model: CompiledModel, asked: Asked, n: int, lanes: str, threads: in
     problem, question = _posed(model, asked)
     if not isinstance(question, Task):
         raise UsageMistake(
-            "this is no task", 'study swing = task(observe = "sin(a)", reward = "cos(a)", ...);'
+            "this is not a task", 'study swing = task(observe = "sin(a)", reward = "cos(a)", ...);'
         )
     made = _lanes_of(with_formulas(model, asked), asked, lanes)
     return question.environments(problem, replace(_wishes(model), n=n, threads=threads, lanes=made))

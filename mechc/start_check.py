@@ -15,7 +15,7 @@ def impossible_starts(model: CompiledModel) -> list[SimulationError]:
     """Return what the default run, or that of an experiment, would be refused for at its first instant; each once.
 
     Costs the code of the model, which libtcc makes in some milliseconds. Without any compiler nothing is looked at. What only a run
-    can say, such as a parameter without a value, is no matter of a check; nor are sweeps.
+    can say, such as a parameter without a value, is not checked; nor are sweeps.
     """
     from .runtime.native.build import CompilerMissing
     from .runtime.outcome import SimulationError

@@ -1,6 +1,6 @@
 """Solving: a ``Problem`` in, a ``Solution`` out. Knows nothing of the language.
 
-The rooms, upper ones first; none imports one above it:
+The subpackages, upper ones first; none imports one above it:
 
 ``studies/`` questions; ``curves/`` stationary curves; ``ensembles/`` many runs in one call; ``fitting/`` parameters from measured
 motions; ``tangent/`` derivatives of motions; ``reference/`` solutions in higher precision; ``results/`` what a run gives; ``local/``

@@ -33,9 +33,8 @@ from .limits_of_time import (
 from .memo import once
 from .methods import SOLVING_CONTACTS
 from .outcome import SimulationError
-from .output_times import output_times
 from .problem import Array, Problem
-from .rows import AT_ONCE, IN_MEMORY, Follower, Storage
+from .rows import AT_ONCE, IN_MEMORY, Follower, Storage, output_times
 from .settings import settable
 
 if TYPE_CHECKING:
@@ -88,7 +87,7 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
     points: int = DEFAULT_POINTS
     step: Annotated[float | None, settable("Step of a fixed-step method.", "time")] = None
     tolerance: Annotated[
-        float | None, settable("Relative tolerance of a step; 1e-8 without it.", "number")
+        float | None, settable("Relative tolerance of a step (default: 1e-8).", "number")
     ] = None
     method: Annotated[str | None, settable(METHODS, "text")] = None
     max_step: float | None = None
@@ -99,7 +98,9 @@ class SimulationOptions(Struct, frozen=True, kw_only=True):
     ] = True
     dense: bool = True
     follower: Follower | None = None
-    reproducible: Annotated[bool, settable("The same bits on every machine.", "flag")] = False
+    reproducible: Annotated[bool, settable("Make results bit-for-bit the same on every machine.", "flag")] = (
+        False
+    )
     progress: Progress | None = None
 
     @property
@@ -502,12 +503,12 @@ def _tables(
     for name, table in options.inputs.items():
         setting = find_setting(problem, name)
         if setting.array != "u":
-            raise SimulationError(f"'{name}' is no input of '{problem.name}'")
+            raise SimulationError(f"'{name}' is not an input of '{problem.name}'")
         if setting.index in problem.held_inputs and not _is_constant(table):
             raise SimulationError(
                 f"the equations need the rate of the input '{name}', which they take to be zero, as its default is a constant",
                 problem.inputs[setting.index].origin,
-                help="leave the default out, or let a 'state' follow the input and use the state instead",
+                help=f"let formulas read it through a filter, which has rates: {name}(filter = 1 ms)",
             )
         if name in options.values:
             raise SimulationError(f"the input '{name}' is given twice: as a value and as a table")

@@ -1,4 +1,7 @@
-"""What looks back in a compiled model (``mech_delays`` of ``kernel/model.h``)."""
+"""What looks back in a compiled model (``mech_delays`` of ``kernel/model.h``), and what cannot be asked of it.
+
+The state of a model with delays is all that was within the longest delay, which no list of numbers holds.
+"""
 
 from __future__ import annotations
 
@@ -10,7 +13,8 @@ from numpy.typing import NDArray
 
 from .functions import Functions
 from .native import contract
-from .problem import Array
+from .outcome import SimulationError
+from .problem import Array, Problem
 
 Y, U, Z, T = range(4)
 """enum mech_source"""
@@ -53,3 +57,18 @@ def as_at_the_start(functions: Functions, t: float, y: Array, u: Array, z: Array
         array, index = delays.sources[source]
         found[place] = t if array == T else (y, u, z)[array][index]
     return found
+
+
+ANSWERED = "runs, sweeps, ensembles, 'response', 'linearize', 'spectrum', 'diagram', 'hysteresis', 'threshold', 'virial' and 'inertia' answer for such models"
+
+
+def refuse_delays(problem: Problem, why: str) -> None:
+    """Raise SimulationError for a model with delays. ``why``: what asks for a state of numbers."""
+    delays = problem.hybrid.delays if problem.hybrid is not None else ()
+    if not delays:
+        return
+    raise SimulationError(
+        f"'{problem.name}' looks back, as in '{delays[0].text}', and {why}",
+        delays[0].origin,
+        help=ANSWERED,
+    )

@@ -174,7 +174,7 @@ def read_tables(
     for index, name in chosen.items():
         if name not in interpolations:
             known = ", ".join(sorted(interpolations)) or "none"
-            raise SimulationError(f"{path} has a column '{name}', which is no input (inputs: {known})")
+            raise SimulationError(f"{path} has a column '{name}', which is not an input (inputs: {known})")
         if name in tables:
             raise SimulationError(f"{path} has two columns '{name}'")
         values = np.array(sheet.complete(index, name)) * _factor(path, convert, name, sheet.heads[index][1])
@@ -262,7 +262,7 @@ class Signal(Struct, frozen=True, eq=False):
         return Table(t, value, slope, "spline", ends=np.unique(ends))
 
     def _values(self, name: str, times: Array) -> Array:
-        """Call the function at ``times`` [n, m]. Raises SimulationError for what is no finite number."""
+        """Call the function at ``times`` [n, m]. Raises SimulationError for what is not a finite number."""
         values = np.array([self._value(name, t) for t in times.ravel().tolist()]).reshape(times.shape)
         if not np.isfinite(values).all():
             k = int(np.argmin(np.isfinite(values)))

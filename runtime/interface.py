@@ -17,6 +17,9 @@ BASE_UNITS = ("kg", "m", "s", "A", "K", "mol", "cd")
 
 GROWTH = "ln(growth)"
 """The state that holds the logarithm of how far a change that goes along with the motion has grown."""
+COMPLIANCE = "compliance"
+"""The part of a model that gives multipliers a compliance and constraints weights although nothing was found beforehand that
+needs them: where a run has met it."""
 PURE = ("", "1", "rad")
 """Units of numbers that have a size of their own."""
 _ELEMENT = re.compile(r"(.+)\[(\d+(?:,\d+)*)\]")
@@ -196,7 +199,8 @@ class OfferedFunction(Struct, frozen=True):
     """A function that a model offers others: what people call it, the name of its code, its shape; names and units of its
     rows and columns (an entry has the unit of its row per that of its column; no columns: no matrix).
 
-    ``given``: it reads accelerations after the discrete variables. ``kind``: own, output, jacobian (of an output).
+    ``given``: it reads accelerations after the discrete variables. ``kind``: own, output, jacobian (of an output). ``later``: its
+    code is in a library of its own, which is built when somebody asks for it.
     """
 
     name: str
@@ -207,6 +211,7 @@ class OfferedFunction(Struct, frozen=True):
     columns: tuple[tuple[str, str], ...]
     given: bool
     kind: str = "own"
+    later: bool = False
 
 
 class SoughtOutputs(Struct, frozen=True):
@@ -269,12 +274,12 @@ class CurveInterface(Struct, frozen=True):
 
     y: q and ``depth`` derivatives of all ``coordinates``, then densities of the multipliers of ``points``. z: ``unknown``
     ends of the range, then ``numbers`` (integrals first, then values at places); multipliers of ``numbers`` and of
-    ``wholes``; with ``gauge`` the weights of the coordinates in the speed that is kept constant; ``further`` numbers, which
-    decide nothing. ``order``: the highest derivative that decides. ``shared``: numbers that integrands read. Patterns hold
+    ``wholes``; with ``gauge`` the weights of the coordinates in the speed that is kept constant; ``further`` numbers, for
+    reports only. ``order``: the highest derivative in the conditions. ``shared``: numbers that integrands read. Patterns hold
     places (row, column) of the entries of derivatives, of second ones the upper triangle; columns are derivatives (order *
-    coordinates + coordinate), then ``shared``. ``varying``: outputs that differ from place to place. ``bends``: something
-    bends where the curve decides. ``guessed``: coordinates with a guess. ``exchanged``: x is the last coordinate, over a
-    parameter that nothing knows; ``exchangeable``: it could be.
+    coordinates + coordinate), then ``shared``. ``varying``: outputs that vary along the curve. ``bends``: a formula in
+    the conditions has a kink. ``guessed``: coordinates with a guess. ``exchanged``: x is the last coordinate, as a
+    function of an arbitrary parameter; ``exchangeable``: it could be.
     """
 
     coordinates: int
@@ -376,7 +381,7 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     no_series: str = ""
     """Why its code holds no Taylor series though they were asked for."""
     hybrid: Hybrid | None = None
-    """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are no results."""
+    """None where nothing switches. ``discretes`` then ends with entries of kind "mode", which are not results."""
     scene: Scene | None = None
     """None where nobody asked for a picture."""
     patterns: Mapping[str, tuple[tuple[int, int], ...]] = field(default_factory=dict)

@@ -43,7 +43,7 @@ def check_size(problem: Problem, start: float, stop: float, every: float | None,
     columns = 1 + sum(map(len, quantities))
     rows = (stop - start) / every + 1 if every and every > 0 else float(points)
     size = 8 * rows * columns
-    if size <= MOST_BYTES:  # what is no number is refused elsewhere
+    if size <= MOST_BYTES:  # what is not a number is refused elsewhere
         return
     if math.isfinite(size):
         unit = f" {problem.time.unit}" if problem.time.unit else ""

@@ -9,12 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from ctypes import addressof, c_int
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from .interface import PURE, ModelInterface, Quantity
 from .memo import once
+from .native.contract import QuantityStruct, SizesStruct
 from .problem import Problem
 
 NOISE = 1e-12
@@ -79,3 +81,22 @@ def with_nominal(problem: Problem, sizes: Mapping[str, float]) -> Problem:
 def _range(quantity: Quantity) -> float:
     ends = [abs(e) for e in (quantity.minimum, quantity.maximum) if e is not None and math.isfinite(e)]
     return max(ends, default=0.0)
+
+
+KINDS = {"": 0, "account": 1, "rotation": 2}
+"""Of states, as the kernel numbers them: enum mech_quantity_kind."""
+
+
+@once
+def kernel_sizes(problem: Problem) -> tuple[SizesStruct, tuple[object, ...]]:
+    """Make what the kernel's rules read, and what that points to."""
+    sizes = sizes_of(problem)
+    groups = sizes.groups or (0,) * problem.ny
+    rows = zip(sizes.units, sizes.kinds, sizes.pure, sizes.nominal, sizes.ranges, groups, strict=True)
+    states = (QuantityStruct * problem.ny)(
+        *(QuantityStruct(unit, KINDS[kind], *others) for unit, kind, *others in rows)
+    )
+    lists = [(c_int * len(what))(*what) for what in (sizes.partner, sizes.parameter_units, sizes.energies)]
+    partner, units, energies = map(addressof, lists)
+    made = SizesStruct(addressof(states), partner, units, len(sizes.energies), energies)
+    return made, (states, *lists)

@@ -196,12 +196,18 @@ _OTHERS = {
 """How files of other kinds begin."""
 
 
+_VALUE = re.compile(r"[-+]?\.?\d[\d.eE+-]*( |$)|\{")
+"""How a number, with or without its unit, and an array begin."""
+
+
 def _text(path: Path) -> tuple[str, tuple[str, ...]]:
     """Return the text of a file, and its encoding if that is not UTF-8."""
     try:
         data = path.read_bytes()
     except OSError as error:
         help = "" if path.suffix == ".csv" else "several names are one text, with commas: --vary A,B"
+        if _VALUE.match(str(path)):
+            help = f'a value is not a table: --set NAME="{path}"'
         raise SimulationError(f"cannot read {path}: {error.strerror}", help=help) from error
     for begins, what in _OTHERS.items():
         if data.lstrip().startswith(begins):
@@ -219,7 +225,7 @@ def _text(path: Path) -> tuple[str, tuple[str, ...]]:
             ) from error
         text, said = data.decode("cp1252", errors="replace"), ("Latin-1",)
     if "\0" in text:
-        raise SimulationError(f"cannot read {path}: it is no text", help="save it as UTF-8")
+        raise SimulationError(f"cannot read {path}: it is not a text", help="save it as UTF-8")
     return text.replace("\r\n", "\n").replace("\r", "\n").replace("\N{MINUS SIGN}", "-"), said
 
 
@@ -236,7 +242,7 @@ def _possible(way: _Way, text: str, decimal: str | None) -> bool:
 
 
 def _ends_in_numbers(way: _Way, text: str) -> bool:
-    """Whether the last line that is no comment is one of numbers."""
+    """Whether the last line that is not a comment is one of numbers."""
     import csv  # which a run without tables does without
 
     end = len(text)
@@ -485,7 +491,7 @@ def _refuse_text(path: Path, line: int, cells: list[str], values: list[float | N
         cell = cells[values.index(None)]
         clock = re.search(r"\d:\d\d", cell)
         raise _Fault(
-            f"line {line} of {path} holds '{cell}', which is no finite number",
+            f"line {line} of {path} holds '{cell}', which is not a finite number",
             good,
             "the time is a column of numbers, as in 'time [s]'" if clock else "",
         )

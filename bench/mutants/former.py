@@ -62,7 +62,7 @@ FAULTS = (
     Fault(
         "reactions of joints of the tree leave out what is written as energies",
         edit(
-            "compiler/equations/solve/joint_reactions.py",
+            "compiler/equations/solve/queries.py",
             "efforts = [graph.add(next(found), share) for share in energy_efforts(system, moved)]",
             "efforts = [graph.add(next(found), share if name in closing else graph.zero) "
             "for share in energy_efforts(system, moved)]",
@@ -70,10 +70,10 @@ FAULTS = (
         models.HINGE,
         point="2",
     ),
-    Fault("kinks of a closed gap are no events: over the edge of a table", PLAIN_GAP, models.TABLE, point="3"),
-    Fault("kinks of a closed gap are no events: over a roof", PLAIN_GAP, models.ROOF, point="3"),
-    Fault("kinks of a closed gap are no events: a plate that starts", PLAIN_GAP, models.PLATE, point="3"),
-    Fault("kinks of what friction acts on are no events: a belt that starts", PLAIN_SLIP, models.BELT, point="3"),
+    Fault("kinks of a closed gap are not events: over the edge of a table", PLAIN_GAP, models.TABLE, point="3"),
+    Fault("kinks of a closed gap are not events: over a roof", PLAIN_GAP, models.ROOF, point="3"),
+    Fault("kinks of a closed gap are not events: a plate that starts", PLAIN_GAP, models.PLATE, point="3"),
+    Fault("kinks of what friction acts on are not events: a belt that starts", PLAIN_SLIP, models.BELT, point="3"),
     Fault(
         "a gap that is the least of several is one",
         edit(CONTACTS, "    parts = hollow_parts(graph, gap)\n", "    parts = (gap,)\n"),

@@ -84,7 +84,7 @@ def maker(fault: str) -> Callable[[Question], Row]:
     """Return what runs cases in this process, in a mutant of mechc (none if empty)."""
     if fault:
         FAULTS[fault].plant()
-        load_kernel()  # a fault that does not compile is no fault of the model
+        load_kernel()  # a fault that does not compile is not a fault of the model
     return _perform
 
 

@@ -8,8 +8,8 @@
 4. ``reported/``: names, units, outputs and starts.
 5. ``curves/``: curves that make an integral stationary.
 
-With more than 64 rows of contacts and friction, the equations leave their forces out (``rows/crowd.py``); the kernel solves for them
-over the contacts that touch. ``hybrid/crowd.py`` makes one function for each kind of contact, and ``hybrid/reach.py`` bounds how
+With more than 64 rows of contacts and friction, the equations leave out their forces (``rows/crowd.py``); the kernel solves for those
+of the contacts that touch. ``hybrid/crowd.py`` makes one function for each kind of contact, and bounds how
 fast a gap may change, so that distant contacts are not evaluated.
 
 An eliminated symbol may survive in a node although it cancels; ``solve/dead_symbols.py`` builds such functions again.

@@ -17,8 +17,7 @@ from mechc.runtime.interface import OfferedFunction
 from ..graph import Node
 from ..graph.differentiate import vjp
 from ..graph.rewrite import substitute
-from .model import Equations, Function, Slot
-from .quantities import quantity
+from .model import Equations, Function, Slot, quantity
 from .sensitivities import SEED, total
 from .solve.shares import shares_in, undefined
 from .tangents import quotient

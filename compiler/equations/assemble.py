@@ -14,14 +14,11 @@ from ..graph.rewrite import substitute
 from ..mechanics.defaults import default_formulas, first_values
 from ..mechanics.meaning.symbols import Scalar
 from ..mechanics.system import AssertionRow, InitialValue, MechanicalSystem
-from .curves.assemble import assemble_curve
 from .features import FEATURES, Draft
 from .hybrid.crowd import crowd_of
 from .hybrid.delays import with_past
-from .model import Equations, Function
-from .momenta import dense
+from .model import Equations, Function, origin
 from .needs import choices, needs
-from .quantities import origin
 from .reported.entries import Layout, layout_of, parameter_rules
 from .reported.initial_unknowns import initial_unknowns
 from .reported.outputs import OutputList, list_outputs
@@ -41,6 +38,8 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
     ``momenta`` for the structure-preserving methods of constrained models, others for comparison.
     """
     if system.curve is not None:
+        from .curves.assemble import assemble_curve
+
         return assemble_curve(system, system.curve, reporter, parts)
     try:
         return without_dead_symbols(_assemble(system, reporter, frozenset(parts)))
@@ -236,6 +235,8 @@ def _projections(
     system: MechanicalSystem, solved: Solved, found: Projection, layout: Layout
 ) -> list[Function]:
     """Return the functions that move a state onto the constraints; what is prescribed stays."""
+    from .momenta import dense
+
     resolve = solved.resolve
     still = {s.node: system.graph.zero for i, s in enumerate(system.v) if i not in solved.free}
     moves = substitute(system.graph, [system.qdot[k] for k in layout.q_indices], still)

@@ -19,22 +19,15 @@ from ..mechanics.system import MechanicalSystem
 from .hybrid.crowd import Crowd
 from .hybrid.plans import names_of
 from .hybrid.switching import add_events
-from .local_derivatives import bias, local_derivatives, second_order
 from .model import Function, Slot
-from .momenta import momentum_functions
-from .offered import offered
 from .reported.assembly import assembly
 from .reported.balance import balance_of
 from .reported.entries import Layout
 from .reported.experiments import experiment_plans
 from .reported.initial_unknowns import InitialUnknowns
-from .reported.matter import matter_of
 from .reported.output_systems import systems_of
 from .reported.outputs import OutputList
-from .reported.phase import phase_functions
-from .reported.scene import scene_of
 from .rows.crowd import CrowdMember, check_askers
-from .sensitivities import passing_on
 from .solve.shares import check_derivatives
 from .solve.solved import Solved
 from .timed_tables import timed_tables
@@ -90,6 +83,8 @@ def _balance(draft: Draft) -> None:
 
 
 def _momenta(draft: Draft) -> None:
+    from .momenta import momentum_functions
+
     draft.functions += momentum_functions(draft.system, draft.solved)
 
 
@@ -143,6 +138,8 @@ def _jacobian(draft: Draft) -> None:
 
 
 def _scene(draft: Draft) -> None:
+    from .reported.scene import scene_of
+
     scene, functions = scene_of(draft.system, draft.solved, draft.layout, draft.reporter)
     draft.behind += functions
     draft.described["scene"] = scene
@@ -154,15 +151,21 @@ def _add_matrix(draft: Draft, function: Function, pattern: tuple[tuple[int, int]
 
 
 def _local_derivatives(draft: Draft) -> None:
+    from .local_derivatives import local_derivatives
+
     _add_matrix(draft, *local_derivatives(draft.system, draft.solved, draft.layout, draft.functions))
 
 
 def _second_order(draft: Draft) -> None:
+    from .local_derivatives import bias, second_order
+
     _add_matrix(draft, *second_order(draft.system, draft.solved, draft.layout))
     draft.functions.append(bias(draft.system, draft.solved))
 
 
 def _phase(draft: Draft) -> None:
+    from .reported.phase import phase_functions
+
     _check_derivatives(draft, "the search for constants of the motion", "rhs")
     found = phase_functions(draft.system, draft.solved, draft.layout, draft.function("rhs").outputs)
     draft.functions += found.functions
@@ -170,6 +173,8 @@ def _phase(draft: Draft) -> None:
 
 
 def _matter(draft: Draft) -> None:
+    from .reported.matter import matter_of
+
     found = matter_of(draft.system, draft.solved, draft.layout)
     draft.functions += found.functions
     draft.described["matter"] = found.entries
@@ -195,6 +200,9 @@ def _crowd(draft: Draft) -> None:
 
 
 def _functions(draft: Draft) -> None:
+    from .offered import offered
+    from .sensitivities import passing_on
+
     layout = draft.layout
     given = offered(draft.system, draft.solved, layout, draft.functions, draft.listed.entries)
     count = len(layout.discretes)

@@ -23,7 +23,7 @@ def followers(equations: Equations) -> tuple[int, ...]:
     """Return the indices in y of states that no coordinate and no velocity depends on, directly or through others.
 
     States that act on themselves or on each other and depend on no coordinate move by themselves: they follow nothing. Where there
-    are no coordinates, the motion is theirs alone; where no state acts on itself, nothing follows.
+    are not coordinates, the motion is theirs alone; where no state acts on itself, nothing follows.
     """
     states = [Slot("y", i) for i, entry in enumerate(equations.states) if entry.kind == "state"]
     if (

@@ -22,8 +22,7 @@ from mechc.runtime.interface import GROWTH
 from ..graph import Node
 from ..graph.differentiate import jvp
 from .followers import followers
-from .model import Equations, Function, Slot
-from .quantities import quantity
+from .model import Equations, Function, Slot, quantity
 from .tangents import TANGENT
 
 PART = "growth"

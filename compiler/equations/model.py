@@ -15,10 +15,17 @@ from collections.abc import Mapping
 from msgspec import Struct
 
 from mechc.lang.source import Span
-from mechc.runtime.interface import Delay, HybridBranch, ModelInterface, Quantity, SoughtOutputs
+from mechc.lang.units import UnitError, parse_unit, preferred_unit
+from mechc.runtime.interface import PURE, Delay, HybridBranch, ModelInterface, Origin, Quantity, SoughtOutputs
 
 from ..graph import Graph, Node
 from .crowd_plan import CrowdPlan
+
+SINGULAR = "singular positions"
+"""The topic of the choice that gives multipliers a compliance (singular.py)."""
+
+SINGULAR_MASS = "singular mass matrix"
+"""The topic of the choice that gives constraints weights (weights.py)."""
 
 
 class Slot(Struct, frozen=True):
@@ -118,7 +125,7 @@ class HybridPlan(Struct, frozen=True):
 
     ``times``: switches that change at a known time, to ``after``; ``clocks``: (pulse, count) in z; ``initial``: the
     number in z that is 1 at the start only; ``total``: the output whose balance is kept; ``carried``: it has a part that is linear in
-    the velocities, so that what drives the model works at impacts. The functions are
+    the velocities, or a constraint moves by itself, so that what drives the model works at impacts. The functions are
     indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch. ``slides``: for each switch
     the one of the mode in which the motion slides along its surface, -1 where there is none; empty where no motion slides. ``shares``:
     of each row; empty where no row may share a load that is asked for. ``leading``: how many switches and branches, the first ones, change
@@ -166,6 +173,11 @@ class CompilerInterface(ModelInterface, frozen=True, kw_only=True):
     given: tuple[Quantity, ...] = ()
     """Numbers after the inputs that functions of crowds and the outputs are given (hybrid/crowd.py), then those of ``sought``."""
 
+    @property
+    def actions(self) -> frozenset[str]:
+        """Functions of events: ``out`` holds y and z when they are called, and they write what changes."""
+        return frozenset(b.function for b in self.switching.branches) if self.switching else frozenset()
+
 
 class Equations(CompilerInterface, frozen=True, kw_only=True):
     """Sizes agree; ``layout`` covers every symbol that ``functions`` use; the graph is acyclic and interned."""
@@ -176,3 +188,62 @@ class Equations(CompilerInterface, frozen=True, kw_only=True):
     functions: tuple[Function, ...]
     needs: frozenset[str]
     choices: tuple[Choice, ...]
+
+
+def quantity(
+    name: str,
+    kind: str,
+    unit: str,
+    display: str = "",
+    nominal: float | None = None,
+    minimum: float | None = None,
+    maximum: float | None = None,
+    doc: str = "",
+    span: Span | None = None,
+    interpolation: str = "linear",
+    type: str = "real",
+) -> Quantity:
+    """Return a number of an array, with its place in the source and how its unit is usually written."""
+    return Quantity(
+        name,
+        kind,
+        unit,
+        display,
+        nominal,
+        minimum,
+        maximum,
+        doc,
+        origin(span),
+        interpolation,
+        _usual(unit),
+        type,
+        _exponents(unit),
+    )
+
+
+def origin(span: Span | None) -> Origin | None:
+    """Return a place in the source as plain data, with the text of its line."""
+    if span is None:
+        return None
+    line, column = span.file.position(span.start)
+    return Origin(span.file.name, line, column, span.file.line(line))
+
+
+def _exponents(unit: str) -> tuple[str, ...]:
+    """Return the exponents of the base units, as fractions; nothing for a pure number."""
+    try:
+        dimension = parse_unit(unit).dimension
+    except UnitError:
+        return ()
+    return () if dimension.is_none else tuple(str(one) for one in dimension.exponents)
+
+
+def _usual(unit: str) -> str:
+    """Return how a unit is usually written, or nothing where it is."""
+    if unit in PURE or "rad" in unit:
+        return ""
+    try:
+        usual = preferred_unit(parse_unit(unit).dimension)
+    except UnitError:  # a quotient that is made for a reader
+        return ""
+    return "" if usual == unit else usual

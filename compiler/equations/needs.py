@@ -10,11 +10,12 @@ from collections.abc import Collection, Sequence
 
 from msgspec import Struct
 
+from mechc.runtime.interface import COMPLIANCE
+
 from ..graph import Node
 from ..graph.operations import LOOKUP, SELECT
 from ..mechanics.system import MechanicalSystem
-from .compliance import COMPLIANCE, SINGULAR, SINGULAR_MASS
-from .model import Choice, Function, HybridPlan
+from .model import SINGULAR, SINGULAR_MASS, Choice, Function, HybridPlan
 from .reported.entries import Layout
 from .solve.solved import Solved
 
@@ -138,6 +139,12 @@ PARTS = {
         "no slope is infinite; where one is, the search for the curve brings it",
         studied=True,
     ),
+    "formulas": BuiltPart(
+        "what steps find as formulas that have its derivatives",
+        (),
+        "its value is what steps find; libraries that differentiate programs read the formulas",
+        studied=True,
+    ),
     "structure": BuiltPart(
         "factorisation of the mass matrix as a whole",
         (),
@@ -151,7 +158,7 @@ EVERYTHING = frozenset(name for name, part in PARTS.items() if not part.studied)
 """Every part of a model that is run."""
 
 NEVER = "never"
-"""The text of the switch that stands for all where nothing switches (hybrid.py)."""
+"""The text of the switch that stands for all where nothing switches (hybrid/)."""
 
 
 def needs(
@@ -260,7 +267,7 @@ def _form(system: MechanicalSystem, solved: Solved) -> Choice:
     constant = not system.graph.depend(solved.pivots, moving)
     form = "constant mass matrix, factorised once" if constant else solved.method
     count = len(system.v)
-    reason = f"{solved.operations} operations for {count} accelerations"
+    reason = f"{solved.operations} operations for {count} acceleration{'s' if count != 1 else ''}"
     return Choice("accelerations", form, reason, fact="inertia")
 
 

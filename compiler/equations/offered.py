@@ -15,12 +15,12 @@ from ..graph.differentiate import jacobian, jvp
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
 from .local_derivatives import bias
-from .model import Function
-from .quantities import quantity
+from .model import Equations, Function, quantity
 from .reported.entries import Layout, momentum_unit
 from .sensitivities import SEED
 from .solve.solved import Solved
 
+RATES_JACOBIAN = "rates_jacobian"
 Labels = tuple[tuple[str, str], ...]
 """Names and SI units."""
 
@@ -49,7 +49,7 @@ def offered(
         *_dynamics(system, solved, layout, seeds),
         *_constraints(system, solved, layout, functions),
         *_energies(solved, layout),
-        *_state(layout, functions, solved),
+        *_state(layout, functions),
         *_outputs(solved, layout, functions, outputs),
     ]
     known = {f.name for f in functions}
@@ -57,7 +57,7 @@ def offered(
     rates = layout.states[layout.nq : layout.nq + layout.nv]
     return Offered(
         tuple(dict.fromkeys(fresh)),
-        tuple(offer for _, offer in made),
+        (*(offer for _, offer in made), _offered_later(layout)),
         seeds,
         tuple(
             quantity(f"given der({r.name})", SEED, unit)
@@ -183,27 +183,44 @@ def _energies(solved: Solved, layout: Layout) -> Made:
         )
 
 
-def _state(layout: Layout, functions: Sequence[Function], solved: Solved) -> Made:
+def _state(layout: Layout, functions: Sequence[Function]) -> Made:
     rhs = next(f for f in functions if f.name == "rhs")
-    states = tuple((s.name, s.unit) for s in layout.states)
-    rates = tuple(
-        (f"der({s.name})", _per_second(s.unit) if not layout.dimensionless else "") for s in layout.states
-    )
+    rates = _rates(layout)
     yield (
         rhs,
-        OfferedFunction("rates", "rhs", "time derivative of the state", (len(states),), rates, (), False),
+        OfferedFunction("rates", "rhs", "time derivative of the state", (len(rates),), rates, (), False),
     )
-    by_index = {slot.index: n for n, slot in layout.slots.items() if slot.array == "y"}
-    wrt = [by_index[k] for k in range(len(states))]
-    zero = solved.graph.zero
-    dense = [row.get(j, zero) for row in jacobian(solved.graph, rhs.outputs, wrt) for j in range(len(wrt))]
-    doc = "derivatives of the rates by the state, row by row"
-    yield (
-        Function("rates_jacobian", doc, tuple(dense)),
-        OfferedFunction(
-            "rates_jacobian", "rates_jacobian", doc, (len(states), len(states)), rates, states, False
-        ),
+
+
+def _offered_later(layout: Layout) -> OfferedFunction:
+    """Describe the derivatives of the rates, whose code is longer than that of all others together."""
+    states = tuple((s.name, s.unit) for s in layout.states)
+    return OfferedFunction(
+        RATES_JACOBIAN,
+        RATES_JACOBIAN,
+        "derivatives of the rates by the state, row by row",
+        (len(states), len(states)),
+        _rates(layout),
+        states,
+        False,
+        later=True,
     )
+
+
+def _rates(layout: Layout) -> Labels:
+    return tuple(
+        (f"der({s.name})", _per_second(s.unit) if not layout.dimensionless else "") for s in layout.states
+    )
+
+
+def rates_jacobian(equations: Equations) -> Function:
+    """Return the derivatives of the rates by the state, row by row."""
+    graph, ny = equations.graph, len(equations.states)
+    rhs = next(f for f in equations.functions if f.name == "rhs")
+    by_index = {slot.index: n for n, slot in equations.layout.items() if slot.array == "y"}
+    wrt = [by_index[k] for k in range(ny)]
+    dense = [row.get(j, graph.zero) for row in jacobian(graph, rhs.outputs, wrt) for j in range(ny)]
+    return Function(RATES_JACOBIAN, "derivatives of the rates by the state, row by row", tuple(dense))
 
 
 def _outputs(

@@ -9,8 +9,7 @@ from msgspec.structs import replace
 from ..graph import Graph, Node
 from ..graph.differentiate import jvp, vjp
 from ..graph.rewrite import substitute
-from .model import BranchPlan, Equations, Function, Slot
-from .quantities import quantity
+from .model import BranchPlan, Equations, Function, Slot, quantity
 from .solve.shares import shares_in, undefined
 
 SEED = "seed"

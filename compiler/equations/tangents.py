@@ -21,8 +21,7 @@ from mechc.runtime.interface import Quantity
 
 from ..graph import Node
 from ..graph.differentiate import jvp
-from .model import Equations, Function, Slot
-from .quantities import quantity
+from .model import Equations, Function, Slot, quantity
 from .sensitivities import total
 from .solve.shares import shares_in, undefined
 

@@ -105,7 +105,7 @@ class _Check:
             size = len(self.arrays.get(slot.array, ())) if slot.array != "out" else 0
             where = f"equations, {slot.array}[{slot.index}]"
             if not 0 <= n < len(graph) or graph.op(n) != SYMBOL:
-                raise Malformed(where, f"belongs to node {n}, which is no symbol")
+                raise Malformed(where, f"belongs to node {n}, which is not a symbol")
             if not 0 <= slot.index < size:
                 raise Malformed(
                     where, f"is the place of '{graph.name(n)}', but {slot.array} has {size} numbers"
@@ -158,7 +158,7 @@ class _Check:
             "adjoint": ny + nu + 1 + np_,
             "start_tangent": ny,
             "start_adjoint": nu + 1 + np_,
-            **{o.function: prod(o.shape) for o in e.offers},
+            **{o.function: prod(o.shape) for o in e.offers if not o.later},
             **({SOUGHT: sum(map(results_of, e.sought))} if e.sought else {}),
         }
         if e.scene is not None:
@@ -211,7 +211,7 @@ class _Check:
             "jacobian",
             *self.equations.patterns,
             *("phase", "phase_rate", "phase_gradient", "matter", "scene_still", "scene", SOUGHT),
-            *(offer.function for offer in self.equations.offers),
+            *(offer.function for offer in self.equations.offers if not offer.later),
         )
         needed |= {name for name in optional if promised.get(name)}
         needed |= (
@@ -383,7 +383,7 @@ class _Check:
         accounts = [i for i in (h.dissipated, h.supplied) if i != -1]
         self.indices("hybrid, accounts", accounts, len(e.states))
         if any(e.states[i].kind != "account" for i in accounts):
-            raise Malformed("equations, hybrid", "books energy in a state that is no account")
+            raise Malformed("equations, hybrid", "books energy in a state that is not an account")
         self.indices("hybrid, total", [h.total] if h.total != -1 else [], len(e.outputs))
 
     def facts(self) -> None:

@@ -1,6 +1,6 @@
 """The flat model: components, arrays, loops, inheritance and imports are gone; everything is resolved and checked.
 
-The rooms, from the first to the last that a model passes:
+The subpackages, in the order in which a model passes them:
 
 1. ``names/``: files and imports, the meaning of a name (``namespace.py``), inheritance expanded once for each class
    (``classes.py``), scopes.

@@ -45,7 +45,7 @@ def filtered(flat: FlatModel, time: Dimension, reporter: Reporter) -> FlatModel:
                 "E0333",
                 f"'{definition.name}' has a filter, and it is given in the model",
                 definition.origin.shown,
-                caption="this is no input from outside",
+                caption="this is not an input from outside",
                 help="leave the filter out, or write what follows it: state s = u; equation der(s) = (u - s)/tau;",
             )
     filters = [v for v in flat.variables if FILTER in v.attributes.options]

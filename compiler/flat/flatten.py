@@ -1,8 +1,8 @@
-"""From the syntax tree of a file to the flat model: the steps in order."""
+"""From the text of a file, or its syntax tree, to the flat model: the steps in order."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from fractions import Fraction
 from pathlib import Path
@@ -11,16 +11,17 @@ from msgspec.structs import replace
 
 from mechc.lang import ast
 from mechc.lang.diagnostics import Reporter
+from mechc.lang.grammar.keywords import KEYWORDS
+from mechc.lang.parser import parse
+from mechc.lang.source import SourceFile
 from mechc.suggest import closest
 
 from ..interpreter import compiling
 from . import model, types
 from .checks.cycles import check_cycles
-from .checks.inside import inside_of
-from .checks.oversights import lint
+from .checks.oversights import inside_of, lint, warn_of_unset, warn_of_unused
 from .checks.signal_loops import solve_linear_loops
 from .checks.unknowns import check_unknowns
-from .checks.unused import warn_of_unset, warn_of_unused
 from .expressions.elaborate import elaborate
 from .filters import filtered
 from .instances.instantiate import make_instance
@@ -28,11 +29,10 @@ from .instances.overrides import Given, check_known, exact
 from .model import FlatModel, Role, Unlike
 from .names.classes import Class, Classes
 from .names.files import search_path
-from .names.instance import Instance, VariableMember, let_go
+from .names.instance import ComponentMember, Instance, VariableMember, let_go
 from .names.namespace import Namespace, SourceLibrary
 from .names.scope import Flattening, Poisoned, Scope, skip
 from .names.space import look_ahead
-from .statements.contacts_of_shapes import make
 from .statements.drawings import drawings
 from .statements.elaborate import run
 from .statements.energies import note_fields
@@ -74,7 +74,7 @@ def flatten(
     if further:
         chosen = replace(chosen, body=(*chosen.body, *further))
     classes = Classes(reporter)
-    flattening = Flattening(reporter, library, classes, elaborate, make, exact(structural or {}))
+    flattening = Flattening(reporter, library, classes, elaborate, _make, exact(structural or {}))
     flattening.each_pair = each_pair
     flattening.space.size = space
     with compiling():
@@ -102,6 +102,13 @@ def flatten(
 
 
 # ---------------------------------------------------------------- which model
+
+
+def _make(member: ComponentMember) -> None:
+    """Make the instances of a shape or of a contact of shapes."""
+    from .statements.contacts_of_shapes import make
+
+    make(member)
 
 
 def _choose(file: ast.File, namespace: Namespace, name: str | None, reporter: Reporter) -> ast.Model:
@@ -304,3 +311,38 @@ def _check_gravity(instance: Instance, record: StatementRecord) -> None:
             help="it acts on 'mass' statements, here and in components; an energy written out needs "
             "'potential m*g*h'",
         )
+
+
+def flat_model_of(
+    source: SourceFile,
+    reporter: Reporter,
+    *,
+    model: str | None,
+    structural: Collection[tuple[str, Fraction | bool | str]],
+    search: tuple[Path, ...],
+    formulas: Collection[tuple[str, str]],
+    each_pair: bool = False,
+) -> tuple[ast.File, FlatModel]:
+    """Return the syntax tree and the flat model of one model of a text, with ``each_pair`` no contacts as families. Raises
+    CompileError."""
+    tree = parse(source, reporter)
+    flat = flatten(
+        tree,
+        reporter,
+        model=model,
+        structural=dict(structural),
+        search=search,
+        further=tuple(_output(name, text, reporter) for name, text in formulas),
+        each_pair=each_pair,
+    )
+    return tree, flat
+
+
+def _output(name: str, text: str, reporter: Reporter) -> ast.Statement:
+    """Read a formula from outside, which holds no semicolon, as an output of the model. Raises CompileError."""
+    shown = name.removeprefix("asked_")  # messages show it as it was asked for
+    if shown in KEYWORDS:
+        shown = name
+    (statement,) = parse(SourceFile(shown, f"output {shown} = {text};"), reporter).items
+    assert isinstance(statement, ast.Output)
+    return replace(statement, name=name)

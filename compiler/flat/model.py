@@ -418,7 +418,7 @@ class Joint(Struct, frozen=True):
 
 
 class InitialCondition(Struct, frozen=True):
-    """``initial e = v`` for an expression that is no plain coordinate, state or rate."""
+    """``initial e = v`` for an expression that is not a plain coordinate, state or rate."""
 
     target: Expression
     start: StartValue
@@ -594,7 +594,7 @@ class End(Struct, frozen=True):
 class Variation(Struct, frozen=True):
     """What makes a model one of a curve: the interval of the independent variable, and what is stationary.
 
-    ``lower`` and ``upper`` are formulas of parameters and of the coordinates named in ``unknown``, which are no curves but
+    ``lower`` and ``upper`` are formulas of parameters and of the coordinates named in ``unknown``, which are not curves but
     numbers to be found. ``functional`` is None where energies are stated: the action, then.
     """
 

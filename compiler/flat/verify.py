@@ -204,7 +204,7 @@ class _Check:
             case Variable():
                 return self.variable(element)
             case Definition(value=None, role=role):
-                return "" if role is DefinitionRole.FRAME else "has no value, but is no free frame"
+                return "" if role is DefinitionRole.FRAME else "has no value, but is not a free frame"
             case Definition(value=Typed() as value, type=type):
                 same = types.numeric(value.type).kind is types.numeric(type).kind
                 return "" if same and value.type.shape == type.shape else "its value is of another type"
@@ -228,7 +228,7 @@ class _Check:
             case StateEquation(state=state, indices=indices):
                 known = self.variables.get(state)
                 there = known is not None and known.role is Role.STATE and _inside(indices, known.type.shape)
-                return "" if there else f"'{element_name(state, indices)}' is no state"
+                return "" if there else f"'{element_name(state, indices)}' is not a state"
             case Event(branches=branches):
                 unknown = [a.target for b in branches for a in b.actions if isinstance(a, Switch)]
                 unknown = [name for name in unknown if not self.is_named(name)]
@@ -243,7 +243,7 @@ class _Check:
             case Experiment(settings=settings, sweeps=sweeps):
                 targets = [s.target for s in settings] + [s.target for s in sweeps if not s.structural]
                 unknown = [name for name in targets if name not in self.variables]
-                return f"sets '{unknown[0]}', which is no variable" if unknown else ""
+                return f"sets '{unknown[0]}', which is not a variable" if unknown else ""
             case _:
                 return ""
 
@@ -270,14 +270,14 @@ class _Check:
             name for name in ends if name.partition("[")[0] not in self.frames and name not in self.frames
         ]
         if lost:
-            return f"ends at '{lost[0]}', which is no frame"
+            return f"ends at '{lost[0]}', which is not a frame"
         strange = [
             n
             for n in joint.coordinates
             if n not in self.variables or self.variables[n].role is not Role.COORDINATE
         ]
         if strange:
-            return f"owns '{strange[0]}', which is no coordinate"
+            return f"owns '{strange[0]}', which is not a coordinate"
         return "" if joint.value.type.kind is Kind.FRAME else "places no frame"
 
     def quantity(self, value: Expression, shape: tuple[int, ...], dimension: Dimension) -> str:
@@ -302,7 +302,7 @@ def _types(model: FlatModel) -> dict[str, Type]:
     if model.independent in ("", "time") and not model.dimensionless:
         return found | {"world": types.FRAME, "time": types.real(types.TIME)}
     pending: list[object] = [model]
-    while pending:  # the type of an independent variable that is no time stands where it is used
+    while pending:  # the type of an independent variable that is not a time stands where it is used
         at = pending.pop()
         if isinstance(at, Name) and at.name == "time":
             return found | {"world": types.FRAME, "time": at.type}

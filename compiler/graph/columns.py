@@ -100,7 +100,7 @@ def _traits(graph: Graph) -> bytearray:
 
 
 def _classes(graph: Graph, constants: list[Node]) -> dict[int, Node]:
-    """Return what represents each value: a constant, else the last form (store.py)."""
+    """Return what represents each value: a constant, else the last form (interning.py)."""
     code = graph._code
     last = {v if v <= HALF else P - v: Node(n) for n, v in enumerate(graph._values) if code[n] != NEG}
     values = graph._values

@@ -1,12 +1,18 @@
-"""Forward and reverse differentiation on the graph (Griewank, Walther, Evaluating Derivatives, ch. 3)."""
+"""Forward and reverse differentiation on the graph (Griewank, Walther, Evaluating Derivatives, ch. 3).
+
+What only one branch of a ``select`` needs, generated code evaluates inside that branch, and reverse sweeps let nothing pass
+into a branch that is not taken: 0 * NaN is NaN.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence, Set
 
-from .branches import Guard, guards
+from msgspec import Struct
+
 from .node import Graph, Node
-from .operations import ADD, DIV, MUL, NEG, OPERATIONS, SELECT, SQRT, SUB, SYMBOL
+from .operations import ADD, DERIVED, DIV, MUL, NEG, OPERATIONS, SELECT, SQRT, SUB, SYMBOL
+from .rewrite import substitute
 from .smooth_roots import half_power, rooted_product
 
 
@@ -26,6 +32,7 @@ def _forward(
     d: dict[Node, Node] = {n: t for n, t in tangents.items() if t != zero}
     get = d.get
     rooted: set[Node] = set()  # square roots, and their products
+    solutions: list[Node] = []
     for n in order:
         c = code[n]
         if c <= SYMBOL or n in tangents:
@@ -65,11 +72,25 @@ def _forward(
                     r = add(mul(da or zero, b), mul(a, db or zero))
             elif c == DIV:
                 r = graph.div(graph.sub(da or zero, mul(n, db or zero)), b)
+            elif c == DERIVED:
+                r = db or zero
+                solutions.append(n)
             else:
                 r = _chain(graph, n, (da or zero, db or zero))
         if r != zero:
             d[n] = r
-    return [get(n, zero) for n in outputs]
+    return _with_implicit(graph, solutions, [get(n, zero) for n in outputs])
+
+
+def _with_implicit(graph: Graph, solutions: Iterable[Node], derivatives: list[Node]) -> list[Node]:
+    """Return derivatives through solutions, with these in place of their values, which counted as constants in the formulas of solutions
+    (``Graph.derived``): so derivatives of derivatives are those of implicit functions, too."""
+    places: dict[Node, Node] = {}
+    for n in solutions:
+        value, formula = graph.args(n)
+        if formula != graph.zero:
+            places |= {n: n, graph.derived(value, graph.zero): n}
+    return substitute(graph, derivatives, places) if places else derivatives
 
 
 def tangent(graph: Graph, n: Node, tangents: tuple[Node, ...]) -> Node:
@@ -174,6 +195,7 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
         if depends[n] and cotangent != zero:
             held = bars.get(n)
             bars[n] = cotangent if held is None else graph.add(held, cotangent)
+    solutions: list[Node] = []
     for n in reversed(dependent):
         bar = get(n)
         if bar is None or bar == zero or leaf[n]:
@@ -214,11 +236,13 @@ def vjp(graph: Graph, seeds: Iterable[tuple[Node, Node]], wrt: Sequence[Node]) -
         elif c == SELECT:
             sweep.into_branches(n, bar)
         else:
+            if c == DERIVED:
+                solutions.append(n)
             arguments = graph.args(n)
             for argument, partial in zip(arguments, OPERATIONS[c].partials, strict=False):
                 if depends[argument]:
                     add_to(argument, graph.mul(bar, partial(graph, arguments, n)), n)
-    return [bars.get(w, zero) for w in wrt]
+    return _with_implicit(graph, solutions, [bars.get(w, zero) for w in wrt])
 
 
 class _Reverse:
@@ -325,3 +349,48 @@ def is_affine(graph: Graph, nodes: Sequence[Node], symbols: Set[Node]) -> bool:
     """Tell whether nodes are affine in symbols: their derivative in any direction contains none of them."""
     seeds = {s: graph.symbol(f"#direction {k}") for k, s in enumerate(sorted(symbols))}
     return not graph.depend(jvp(graph, nodes, seeds), symbols)
+
+
+class Guard(Struct, frozen=True, eq=False):
+    """Nodes under it matter only where ``condition`` is (``holds``) or is not true, inside ``outer``."""
+
+    outer: Guard | None
+    condition: Node
+    holds: bool
+    depth: int
+
+
+def guards(graph: Graph, outputs: Iterable[Node]) -> dict[Node, Guard | None]:
+    """Return the innermost guard that covers all uses of each node reached; None: always needed.
+
+    Guards are unique: one object for each (outer, condition, holds).
+    """
+    outputs = list(outputs)
+    found: dict[Node, Guard | None] = dict.fromkeys(outputs)
+    known: dict[tuple[Guard | None, Node, bool], Guard] = {}
+    for n in reversed(graph.reach(outputs)):
+        here = found[n]
+        arguments = graph.args(n)
+        for i, a in enumerate(arguments):
+            guard = here
+            if i and graph.op(n) == SELECT:
+                key = (here, arguments[0], i == 1)
+                entered = known.get(key)
+                if entered is None:
+                    entered = Guard(here, arguments[0], i == 1, here.depth + 1 if here else 1)
+                    known[key] = entered
+                guard = entered
+            found[a] = _common(found[a], guard) if a in found else guard
+    return found
+
+
+def _common(a: Guard | None, b: Guard | None) -> Guard | None:
+    """Return the innermost guard that encloses both."""
+    while a is not b:
+        if a is None or b is None:
+            return None
+        if a.depth >= b.depth:
+            a, b = a.outer, b
+        else:
+            b = b.outer
+    return a

@@ -32,7 +32,7 @@ _MOST_TWOS: Final = 64
 """Where an exponent holds more powers of two than that, too little of it is left modulo 2^127 to tell angles apart."""
 _ROUNDING: Final = Fraction(1, 1 << 51)
 _FAR: Final = 1 << 24
-"""Multiples of pi above it are no turns: one rounding takes them too far."""
+"""Multiples of pi above it are not turns: one rounding takes them too far."""
 _PI: Final = Fraction(pi)
 
 
@@ -95,7 +95,7 @@ def symbol_angle(name: str, seed: int) -> Angle:
 
 
 def opaque_angle(value: int, seed: int) -> Angle:
-    """Return the angle of an expression that is no linear function of symbols."""
+    """Return the angle of an expression that is not a linear function of symbols."""
     return Angle(hashed("angle of value", value, seed) << _DYADIC)
 
 
@@ -139,7 +139,7 @@ def _powers() -> tuple[tuple[tuple[int, int], ...], ...]:
 
 
 def _generator() -> tuple[int, int]:
-    """Return a point of order 2^127: ((1-t^2)/(1+t^2), 2t/(1+t^2)) that is no square of the group."""
+    """Return a point of order 2^127: ((1-t^2)/(1+t^2), 2t/(1+t^2)) that is not a square of the group."""
     t = 2
     while True:
         inverse = pow(1 + t * t, -1, P)

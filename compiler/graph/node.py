@@ -1,20 +1,28 @@
-"""Expressions: the constructors of the graph, each with its local rules."""
+"""Expressions: the constructors of the graph, each with its local rules.
+
+Sines and cosines of equal angles are found equal in the field (field.py), where an angle is linear in symbols, and opaque
+below anything else.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from fractions import Fraction
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 from . import operations as ops
-from .angles import point_of
 from .arithmetic import Arithmetic, DivisionByZero
 from .dependence import Node
-from .field import hashed
+from .field import Angle, circle, constant_angle, hashed, opaque_angle, symbol_angle
 from .interning import NONE
 from .operation import Operation, Parity
-from .operations import CONST, COS, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT
+from .operations import ADD, CONST, COS, MUL, NEG, OPERATIONS, SELECT, SIN, SQRT, SUB, SYMBOL
 from .table import CELL, ELEMENT
+
+if TYPE_CHECKING:
+    from .dependence import Node
+    from .interning import NodeStore
+
 
 __all__ = ["DivisionByZero", "Graph", "Node"]
 
@@ -166,6 +174,11 @@ class Graph(Arithmetic):
     def maximum(self, a: Node, b: Node) -> Node:
         return a if a == b else self._binary(ops.MAXIMUM, min(a, b), max(a, b))
 
+    def derived(self, value: Node, formula: Node) -> Node:
+        """Return what has the value of one node and the derivatives of a formula, whose value is the same but for rounding: of a step of
+        Newton's method from ``derived(value, 0)``, a value that counts as constant there."""
+        return value if value == formula else self._binary(ops.DERIVED, value, formula)
+
     def modulo(self, a: Node, b: Node) -> Node:
         """Return a - b floor(a/b). Raises DivisionByZero where b is identically zero."""
         if b == 0:
@@ -262,3 +275,48 @@ def _constructor(row: Operation) -> Callable[..., Node]:
 
 _CONSTRUCTORS: Final = tuple(map(_constructor, OPERATIONS))
 """By code."""
+
+
+def point_of(store: NodeStore, n: Node) -> tuple[int, int]:
+    """Return (cosine, sine) of an angle in the field."""
+    point = store._points.get(n)
+    if point is None:
+        exponent = angle_of(store, n).exponent()
+        if exponent is None:
+            exponent = opaque_angle(store._values[n], store.seed).exponent()
+            assert exponent is not None
+        store._points[n] = point = circle(exponent)
+    return point
+
+
+def angle_of(store: NodeStore, n: Node) -> Angle:
+    """Return the angle that a node stands for: linear in symbols, opaque below anything else."""
+    angles, code, left, right = store._angles, store._code, store._left, store._right
+    stack = [n]
+    while stack:
+        k = stack[-1]
+        if k in angles:
+            stack.pop()
+            continue
+        c, a, b = code[k], left[k], right[k]
+        if c == CONST:
+            angles[k] = constant_angle(store._constants[k], store.seed)
+        elif c == SYMBOL:
+            angles[k] = symbol_angle(store._names[k], store.seed)
+        elif c in (ADD, SUB):
+            if a in angles and b in angles:
+                angles[k] = angles[a] + angles[b] if c == ADD else angles[a] - angles[b]
+            else:
+                stack += (a, b)
+        elif c == NEG or (c == MUL and CONST in (code[a], code[b])):
+            if c == MUL and code[a] != CONST:
+                a, b = b, a
+            factor, inner = (Fraction(-1), a) if c == NEG else (store._constants[a], b)
+            if inner in angles:
+                scaled = angles[inner].scaled(factor)
+                angles[k] = opaque_angle(store._values[k], store.seed) if scaled.is_lost else scaled
+            else:
+                stack.append(inner)
+        else:
+            angles[k] = opaque_angle(store._values[k], store.seed)
+    return angles[n]

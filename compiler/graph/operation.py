@@ -121,7 +121,7 @@ class Operation(Struct, frozen=True):
     sympy: str | Callable[..., Any] | None = ""
     """A function of SymPy; None: an undefined one."""
     ball: Callable[..., Any] | None = None
-    """The function of balls (``flint.arb``); None: proofs cannot use it."""
+    """The function of balls (``flint.arb``), which gives None where they do not decide; None: proofs cannot use it."""
 
 
 def form_of(row: Operation, text: str | Form) -> Form:

@@ -70,6 +70,7 @@ SELECT: Final = 36
 LOOKUP: Final = 37
 ERF: Final = 38
 NORMAL: Final = 39
+DERIVED: Final = 40
 
 _BOTH: Final = (True, True, False)
 
@@ -132,6 +133,14 @@ static mech_real normal(mech_real seed, mech_real k)
     for (int i = 7; i >= 0; i--) top = top * r + above[part][i], bottom = bottom * r + below[part][i];
     if (part == 0) return off * top / bottom;
     return off < 0 ? -top / bottom : top / bottom;
+}
+"""
+
+_DERIVED: Final = """\
+static inline mech_real derived(mech_real value, mech_real formula)
+{
+    (void)formula;
+    return value;
 }
 """
 
@@ -566,6 +575,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         form=infix("==", COMPARISON, groups=False),
         wasm="f64.eq",
         sympy="Eq",
+        ball=lambda a, b: type(a)(1) if a == b else type(a)(0) if a != b else None,
     ),
     Operation(
         AND,
@@ -628,6 +638,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         array="np.where",
         casadi="if_else",
         sympy="Piecewise",
+        ball=lambda c, a, b: a if c == 1 else b if c == 0 else None,
     ),
     Operation(
         LOOKUP,
@@ -666,6 +677,24 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         casadi=None,
         jax=None,
         sympy=None,
+    ),
+    # programs hold one of its arguments in its place (program/lower.py)
+    Operation(
+        DERIVED,
+        "derived",
+        2,
+        (lambda g, x, n: g.zero, _one),
+        value=scalar_functions.derived,
+        exact=lambda value, formula: value,
+        c_text=_DERIVED,
+        wasm="drop",
+        lanes=None,
+        python=scalar_functions.derived,
+        array=None,
+        casadi=None,
+        jax=None,
+        sympy=scalar_functions.derived,
+        ball=scalar_functions.derived,
     ),
 )
 """The table, indexed by code."""

@@ -93,7 +93,7 @@ def _factors(graph: Graph, n: Node, inside: Container[Node]) -> list[Node]:
 
 
 def _squared(graph: Graph, square: Node) -> list[set[Node]]:
-    """List, for each part of a sum of squares, the factors of what is squared, one of which is zero where the sum is; none if it is no
+    """List, for each part of a sum of squares, the factors of what is squared, one of which is zero where the sum is; none if it is not a
     such sum."""
     found: list[set[Node]] = []
     pending = [square]

@@ -7,11 +7,10 @@ from collections.abc import Iterator, Sequence
 
 from ..malformed import Malformed, excerpt
 from . import operations as ops
-from .angles import point_of
 from .dependence import Node
 from .field import HALF, P, hashed, of_fraction
 from .interning import NONE
-from .node import Graph
+from .node import Graph, point_of
 from .operations import (
     ADD,
     CONST,
@@ -39,10 +38,10 @@ FEW = 200
 
 
 def verify(graph: Graph) -> None:
-    """Raise Malformed where a graph is not what store.py says.
+    """Raise Malformed where a graph is not what interning.py says.
 
     Arguments are older than what is made of them, operations have their number of operands, and leaves what they
-    stand for; values in the field are those of the operations; equal nodes are one but for the exceptions of store.py.
+    stand for; values in the field are those of the operations; equal nodes are one but for the exceptions of interning.py.
     """
     _Check(graph).run()
 

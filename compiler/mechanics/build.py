@@ -23,7 +23,6 @@ from ..graph.operations import RATE
 from ..graph.rewrite import substitute
 from .closures import closure_rows, constraint_rows
 from .contacts import contact_rows, switchable
-from .curves import curve_of, finished
 from .drives_by_states import by_states
 from .driving_inputs import can_drive, with_rates
 from .events import branch_rows
@@ -44,11 +43,10 @@ from .meaning.delays import Delayed
 from .meaning.lower import Lowering
 from .meaning.questions import Questions
 from .meaning.symbols import Scalar, Symbols, declare
-from .no_effect import warn_of_idle
+from .no_effect import refuse, warn_of_idle
 from .parameter_values import check_known_beforehand
 from .sliding import warn_of_sliding
-from .system import AssertionRow, ExactRow, MechanicalSystem, OutputRow
-from .unsupported import refuse
+from .system import AssertionRow, Curve, ExactRow, MechanicalSystem, OutputRow
 
 
 def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> MechanicalSystem:
@@ -77,7 +75,11 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
     matter = Matter(lowering, model, symbols, reporter)
     virtual = _place_frames(lowering, topology, formed)
     _lower_frames(lowering, model)
-    curve = None if model.variation is None else curve_of(lowering, model, model.variation, symbols, matter)
+    curve = None
+    if model.variation is not None:
+        from .curves import curve_of
+
+        curve = curve_of(lowering, model, model.variation, symbols, matter)
     xdot = _known_rates(graph, rate, _state_equations(lowering, model, symbols, reporter), symbols, reporter)
     for state, value in xdot.items():
         rate.define(rate(state), rate(value))
@@ -143,7 +145,7 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         queries=questions.asked,
         virtual=virtual,
         branches=branch_rows(lowering, model, symbols, constraints, driven, reporter),
-        curve=None if curve is None else finished(lowering, curve),
+        curve=_finished(lowering, curve),
     )
     if curve is None:
         check_known_beforehand(system, reporter)
@@ -153,6 +155,15 @@ def build(model: FlatModel, reporter: Reporter, *, by_value: bool = True) -> Mec
         warn_of_sliding(system, matter.statements, reporter)
     reporter.stop_on_errors()
     return system
+
+
+def _finished(lowering: Lowering, curve: Curve | None) -> Curve | None:
+    """Return a curve with the numbers of the whole that all else asks for."""
+    if curve is None:
+        return None
+    from .curves import finished
+
+    return finished(lowering, curve)
 
 
 def _rates(

@@ -93,7 +93,7 @@ def _check_closure(
     symbols: Symbols,
     reporter: Reporter,
 ) -> None:
-    """Report a closure that is no relation between places: what it asks of forces, and rates."""
+    """Report a closure that is not a relation between places: what it asks of forces, and rates."""
     for side in (equation.left, equation.right):
         lowering.questions.refuse(lowering.numbers(side), "a closure", side, HELP)
     support = set(lowering.graph.support(*residuals))
@@ -200,7 +200,7 @@ def constraint_rows(
 def _level(
     graph: Graph, constraint: Constraint, residuals: Sequence[Node], symbols: Symbols, reporter: Reporter
 ) -> Literal["position", "velocity"] | None:
-    """Return the level of a constraint; None where it is no constraint, which is reported."""
+    """Return the level of a constraint; None where it is not a constraint, which is reported."""
 
     def refuse(code: str, why: str, **details: Unpack[Details]) -> None:
         reporter.error(code, f"constraint '{constraint.name}' {why}", constraint.origin.shown, **details)

@@ -1,8 +1,13 @@
-"""Contacts and dry friction as rows that can be switched: a gap or a slip rate with a multiplier of its own."""
+"""Contacts and dry friction as rows that can be switched: a gap or a slip rate with a multiplier of its own.
+
+Limits of frictions that ask which way these slip are limits of two sides: `if M*der(a) > 0 then f else g` of a friction on a is
+at rest neither f nor g. Where the numbers that a relation compares differ by h s, with the slip s, it stands for h > 0 of a slip
+forwards, and for h < 0 of one backwards.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 
 from msgspec.structs import replace
@@ -12,15 +17,15 @@ from mechc.lang.units import preferred_unit
 
 from ..flat.model import Apply, Contact, Expression, FlatModel, Friction, Literal, Switch, friction_name
 from ..flat.types import POWER
-from ..graph import Node
-from ..graph.differentiate import is_affine, vjp
-from ..graph.min_max import hollow_parts
+from ..graph import Graph, Node
+from ..graph import operations as ops
+from ..graph.differentiate import is_affine, jacobian, vjp
+from ..graph.rewrite import substitute
 from .forces import rate_of
 from .kinematics.reactions import undisplaced
 from .meaning.lower import Lowering
 from .meaning.symbols import Symbols, base_unit, unit_text
 from .modes import Mode, Regularized
-from .slip_direction import sides_of
 from .system import ConstraintRows
 
 REGULARIZED = "regularized"
@@ -101,6 +106,8 @@ def contact_rows(
 def gap_parts(lowering: Lowering, contact: Contact, positions: AbstractSet[Node]) -> tuple[Node, ...]:
     """Return the gaps of which the stated one is the least, as of a groove min(l, r): each is a contact of its own, as a body
     in the corner touches both. A gap that is no least, of which a part does not move, or whose parts have one normal, is one."""
+    from ..graph.kinks import hollow_parts
+
     graph = lowering.graph
     (gap,) = lowering.numbers(contact.gap)
     parts = hollow_parts(graph, gap)
@@ -262,6 +269,7 @@ def _friction(lowering: Lowering, friction: Friction, symbols: Symbols, reporter
                 f"the limit of friction '{name}' is negative",
                 expression.span,
                 caption="this is a size: zero or positive",
+                help="write how large the force may be, without a sign: friction acts against the motion by itself",
             )
     if friction.static is not None:
         _check_static(lowering, kinetic, static, friction.static, friction.kinetic, reporter)
@@ -383,3 +391,48 @@ def _coefficient(
                 caption=f"this is {float(number):g}",
             )
     return value
+
+
+def sides_of(
+    lowering: Lowering, limit: Node, slip: Node, velocities: Collection[Node]
+) -> tuple[Node, Node] | None:
+    """Return the limits of slips forwards and backwards; None where the limit does not ask for the direction."""
+    graph = lowering.graph
+    asked = [n for n in graph.reach([limit]) if graph.op(n) in (ops.LESS, ops.LESS_EQUAL, ops.SIGN)]
+    moving = sorted(set(velocities).intersection(graph.support(slip)))
+    asked = [n for n in asked if not set(moving).isdisjoint(graph.support(n))]
+    if not asked:
+        return None  # before a node is made, whose number would reorder formulas
+    forward: dict[Node, Node] = {}
+    backward: dict[Node, Node] = {}
+    for n in asked:
+        arguments = graph.args(n)
+        tested = arguments[0] if graph.op(n) == ops.SIGN else graph.sub(arguments[1], arguments[0])
+        factor = _factor(graph, tested, slip, moving)
+        if factor is None:
+            continue
+        if graph.op(n) == ops.SIGN:
+            forward[n] = graph.sign(factor)
+            backward[n] = graph.neg(forward[n])
+        else:
+            forward[n], backward[n] = graph.less(graph.zero, factor), graph.less(factor, graph.zero)
+    if not forward:
+        return None
+    for n in (*forward.values(), *backward.values()):
+        if graph.op(n) in (ops.LESS, ops.SIGN):
+            lowering.relations[n] = None
+    ahead, behind = substitute(graph, [limit], forward)[0], substitute(graph, [limit], backward)[0]
+    return ahead, behind
+
+
+def _factor(graph: Graph, tested: Node, slip: Node, moving: Sequence[Node]) -> Node | None:
+    """Return h of tested = h slip; None where it is nothing like that."""
+    (shares,) = jacobian(graph, [slip], moving)
+    (rates,) = jacobian(graph, [tested], moving)
+    for k, share in shares.items():
+        if not graph.is_constant(share):
+            continue
+        factor = graph.div(rates.get(k, graph.zero), share)
+        rest = graph.sub(tested, graph.mul(factor, slip))
+        return factor if factor != graph.zero and graph.is_zero(rest) else None
+    return None

@@ -1,10 +1,11 @@
-"""What parameters, inputs and discrete variables are by default, as formulas."""
+"""What parameters, inputs and discrete variables are by default, as formulas and as numbers."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
 from ..graph import Node
+from ..graph.evaluate import evaluate
 from ..graph.rewrite import substitute
 from .meaning.symbols import Scalar
 from .system import MechanicalSystem
@@ -35,3 +36,29 @@ def first_values(system: MechanicalSystem) -> dict[Node, Node]:
         found = substitute(system.graph, list(formulas.values()), formulas)
         formulas = dict(zip(formulas, found, strict=True))
     return formulas
+
+
+def default_values(system: MechanicalSystem) -> dict[Node, float]:
+    """Return the default values of parameters, inputs, discrete variables and time, and the initial state.
+
+    Virtual displacements are zero, as in every motion.
+    """
+    graph = system.graph
+    values: dict[Node, float] = {system.symbols.time: 0.0}
+    values |= {node: 0.0 for displacement in system.virtual.values() for node in displacement.values}
+    for scalars in (system.symbols.parameters, system.symbols.inputs, system.symbols.discretes):
+        formulas = default_formulas(system, scalars)
+        values |= {s.node: 0.0 for s in scalars}
+        for _ in range(len(formulas) + 1):  # parameters may depend on later ones
+            found = evaluate(graph, list(formulas.values()), values)
+            settled = all(values[n] == x for n, x in zip(formulas, found, strict=True))
+            values |= zip(formulas, found, strict=True)
+            if settled:
+                break
+    starts = [
+        *zip(system.q, system.start_q, strict=True),
+        *zip(system.v, system.start_v, strict=True),
+        *zip(system.symbols.states, system.start_x, strict=True),
+    ]
+    numbers = evaluate(graph, [b.value for _, b in starts], values)
+    return values | {s.node: x for (s, _), x in zip(starts, numbers, strict=True)}

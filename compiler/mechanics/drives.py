@@ -9,7 +9,6 @@ from ..graph import Node
 from .driving_inputs import can_drive
 from .kinematics.frames import displaced
 from .meaning.lower import Lowering
-from .meaning.quaternions import rotation_quaternion
 from .meaning.questions import title
 from .meaning.symbols import CoordinateSymbols, Scalar, Symbols
 from .meaning.values import Placement, elements
@@ -28,7 +27,7 @@ def drive_rows(
                 "E0507",
                 "the motion of this coordinate cannot be prescribed",
                 drive.target.span,
-                caption="its joint closes a loop, so it is no unknown",
+                caption="its joint closes a loop, so it is not a coordinate of the tree",
             )
             continue
         if any(set(row.v) & set(other.v) for other in rows):
@@ -55,6 +54,8 @@ def _check_known(
     forbidden -= {s.node for s in smooth}
     value = lowering.value(drive.value)
     if isinstance(value, Placement):
+        from .meaning.quaternions import rotation_quaternion
+
         support = lowering.graph.support(*rotation_quaternion(lowering.graph, lowering, drive.value))
     else:
         support = lowering.graph.support(*elements(value))
@@ -128,6 +129,8 @@ def _values(
     """Return the formulas of the positions (none for a driven rate) and of the velocities."""
     value = lowering.value(drive.value)
     if isinstance(value, Placement):
+        from .meaning.quaternions import rotation_quaternion
+
         kinematics = lowering.kinematics
         frame = displaced(lowering.graph, kinematics.world, value.pose)
         return rotation_quaternion(lowering.graph, lowering, drive.value), kinematics.angular_velocity(frame)

@@ -10,6 +10,7 @@ from msgspec.structs import replace
 from ..flat import types
 from ..flat.model import Attributes, Literal, Role, Variable
 from ..graph import Graph, Node
+from ..graph.differentiate import jvp
 from .kinematics.rates import TotalDerivative
 from .meaning.symbols import Scalar, Symbols
 from .system import DriveRow, MechanicalSystem
@@ -28,6 +29,11 @@ def steady_inputs(system: MechanicalSystem, formulas: Sequence[Node]) -> dict[No
     graph = system.graph
     fixed = {s.node for s in system.symbols.parameters}
     residuals = [n for rows in system.constraints for n in rows.residuals]
+    held = [
+        system.rate(c if rows.level == "velocity" else system.rate(c))
+        for rows in system.constraints
+        for c in rows.residuals
+    ]
     found: dict[Node, Node] = {}
     for s in system.symbols.inputs:
         if s.variable.value is None or can_drive(s):
@@ -35,9 +41,18 @@ def steady_inputs(system: MechanicalSystem, formulas: Sequence[Node]) -> dict[No
         if not fixed.issuperset(graph.support(*system.lowering.numbers(s.variable.value))):
             continue
         rates = (system.rate(s.node), system.rate(system.rate(s.node)))
-        if graph.reached_among(formulas, rates) or graph.reached_among(residuals, (s.node, *rates)):
+        needed = graph.reached_among(formulas, rates) or graph.reached_among(residuals, (s.node, *rates))
+        if needed or _depend(graph, held, rates):  # states that follow it may stand in constraints
             found |= dict.fromkeys(rates, graph.zero)
     return found
+
+
+def _depend(graph: Graph, formulas: Sequence[Node], symbols: Sequence[Node]) -> bool:
+    """Tell whether formulas depend on one of some symbols, which do not cancel."""
+    return any(
+        not all(map(graph.is_zero, jvp(graph, formulas, {n: graph.one})))
+        for n in graph.reached_among(formulas, symbols)
+    )
 
 
 def held_inputs(system: MechanicalSystem, steady: Collection[Node]) -> tuple[int, ...]:

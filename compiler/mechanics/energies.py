@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
 
 from ..graph import Graph, Node
 from ..graph.differentiate import vjp
 from ..graph.vector import matvec
-from .bodies import Massive
+
+if TYPE_CHECKING:
+    from .bodies import Massive
 
 
 def kinetic_energy(bodies: Massive, formulas: Node) -> Node:

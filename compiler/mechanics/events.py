@@ -14,10 +14,8 @@ from ..flat import model as flat
 from ..flat.model import FlatModel
 from ..graph import Graph, Node
 from ..graph import operations as ops
-from ..graph.show import short_formula
 from .forces import virtual_power
 from .meaning.lower import Lowering
-from .meaning.quaternions import rotation_quaternion
 from .meaning.symbols import Symbols
 from .modes import BranchRow, CheckAction, EndAction, ImpulseAction, SetAction
 from .system import ConstraintRows
@@ -53,6 +51,8 @@ def branch_rows(
 
 def _told_apart(graph: Graph, rows: Sequence[BranchRow]) -> list[BranchRow]:
     """Return the branches with formulas as texts where a loop repeats one text: ``x[i] < 0 m`` is then that of each i."""
+    from ..graph.show import short_formula
+
     longest = 60
     count = Counter(row.text for row in rows)
     return [
@@ -174,6 +174,8 @@ def _set(
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     """Return what an action sets, and to what: of a rotation its quaternion."""
     if target.type.kind is flat.Kind.ROTATION:
+        from .meaning.quaternions import rotation_quaternion
+
         assert isinstance(target, flat.Name)
         (rotation,) = (c for c in symbols.coordinates if c.variable.name == target.name)
         values = lowering.questions.settle(rotation_quaternion(lowering.graph, lowering, value))

@@ -26,7 +26,7 @@ class FamilyRows(Struct, frozen=True):
 
 
 def families(lowering: Lowering, model: FlatModel) -> tuple[FamilyRows, ...]:
-    """Return the families of a model. Raises Unlike where something that is read is no number and no place."""
+    """Return the families of a model. Raises Unlike where something that is read is neither a number nor a place."""
     known: dict[int, Read] = {}
 
     def read(side: Sequence[tuple[Expression, ...]]) -> tuple[Read, ...]:

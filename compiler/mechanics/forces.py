@@ -7,7 +7,6 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Damping, Expression, FlatModel, Kind, Load
 from ..graph import Graph, Node
 from ..graph.differentiate import is_affine, jvp
-from ..graph.signs import one_sign
 from ..graph.vector import Vector, cross, cross_planar, negate, subtract
 from .kinematics.frames import Frame, Point
 from .kinematics.reactions import undisplaced, virtual_rates
@@ -43,7 +42,7 @@ def efforts(
         if not brakes and support & symbols.velocities and _always(lowering, pairs, 1):
             reporter.warning(
                 "W0532",
-                f"this {load.kind} pushes along every motion: it feeds energy in, without end",
+                f"this {load.kind} pushes along every motion: it feeds in energy without end",
                 load.origin.shown,
                 help="a drag is written 'damping c on q', or as a force with the opposite sign",
             )
@@ -53,6 +52,8 @@ def efforts(
 
 def _always(lowering: Lowering, pairs: Pairs, sign: int) -> bool:
     """Tell whether the power of a force has one sign whatever the motion, with the default values of parameters."""
+    from ..graph.signs import one_sign
+
     if not pairs:
         return False
     graph = lowering.graph
@@ -111,7 +112,7 @@ def rate_of(
     nodes = lowering.numbers(expression)
     if questions.forces_in(nodes):
         raise _no_rate(
-            lowering, expression, "an answer about forces is no place, and has no rate that is known"
+            lowering, expression, "an answer about forces is not a place, and has no rate that is known"
         )
     support = set(graph.support(*nodes))
     if support & symbols.accelerations:

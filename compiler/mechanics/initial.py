@@ -15,7 +15,6 @@ from ..flat.subscripts import element_name, subscripts
 from ..graph import DivisionByZero, Graph, Node
 from ..graph.rewrite import substitute
 from .meaning.lower import Lowering
-from .meaning.quaternions import rotation_quaternion
 from .meaning.symbols import Symbols, base_unit, rate_name, unit_text
 from .meaning.values import elements
 from .system import InitialRow, InitialValue
@@ -165,16 +164,15 @@ def _starts(
         values = lowering.reported(start.value)
         values = values * len(places) if len(values) == 1 else values
         result = [InitialValue(n, not start.guess, start) for n in values]
-    for indices, one in single.items():
-        values = lowering.reported(one.value)
-        covered = [k for k, place in enumerate(places) if place[: len(indices)] == indices]
-        values = values * len(covered) if len(values) == 1 else values
-        for k, n in zip(covered, values, strict=True):
-            result[k] = InitialValue(n, not one.guess, one)
+    for place, one in single.items():
+        (n,) = lowering.reported(one.value)
+        result[places.index(place)] = InitialValue(n, not one.guess, one)
     return result
 
 
 def _rotation(lowering: Lowering, variable: Variable) -> list[InitialValue]:
+    from .meaning.quaternions import rotation_quaternion
+
     graph = lowering.graph
     start = variable.start
     if start is None:

@@ -11,7 +11,6 @@ from mechc.lang.diagnostics import Reporter
 from ..flat.model import Energy, Expression, FlatModel, Inertia, Mass, Query, friction_name
 from ..graph import Graph, Node
 from ..graph.differentiate import vjp
-from .bodies import inertia_tensor, mass_centre
 from .contacts import directions, gap_parts, keeps_distance, part_names, switched_names
 from .drives import drive_rows
 from .energies import kinetic_energy, momenta_of, potential_energy, total_energy
@@ -124,8 +123,7 @@ class Matter:
             (value,),
             "a mass",
             mass.value,
-            "write the energy as 'kinetic'; 'mass' means m a = F, "
-            "with matter joining at the velocity of the point",
+            "write the energy as 'kinetic'; 'mass' means m a = F: added matter has the velocity of the point",
         )
         field = None if mass.gravity is None else self._field(mass.gravity)
         if field is not None and all(graph.is_zero(x) for x in field):
@@ -230,6 +228,8 @@ class Matter:
 
     def _answer(self, query: Query) -> Sequence[Node] | None:
         """Return the numbers of an answer that the state decides; None where there is none."""
+        from .bodies import inertia_tensor, mass_centre
+
         match query.function:
             case "energy":
                 return [self._total()]

@@ -1,4 +1,4 @@
-"""Warnings of statements that have no effect, as nothing that they act on moves."""
+"""Statements that change nothing: those whose forces act on nothing that moves are warned of, those without meaning yet are refused."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence, Set
 
 from mechc.lang.diagnostics import Reporter
 
-from ..flat.model import Origin
+from ..flat.model import FlatModel, Origin
 from ..graph import Graph, Node
 from .forces import rate_of
 from .modes import ImpulseAction
@@ -74,3 +74,25 @@ def _cancels(graph: Graph, pairs: Sequence[tuple[Node, Node]]) -> bool:
     for rate, effort in pairs:
         left[rate] = graph.add(left.get(rate, graph.zero), effort)
     return all(map(graph.is_zero, left.values())) and any(not graph.is_zero(effort) for _, effort in pairs)
+
+
+def refuse(model: FlatModel, reporter: Reporter) -> None:
+    """Report each statement that the equations cannot hold yet."""
+    for variable in model.variables:
+        if "chart" in variable.attributes.options:
+            reporter.error(
+                "E0590",
+                "charts of rotations are not supported yet",
+                variable.origin.shown,
+                caption="this asks for three angles instead of a quaternion",
+                help="leave the chart out, or write the frame as rotz(a)*rotx(b)*rotz(c) with coordinates a, b, c",
+            )
+    for experiment in model.experiments:
+        if (section := experiment.options.get("record")) is not None:
+            reporter.error(
+                "E0590",
+                "recording where an expression crosses zero is not supported yet",
+                section.span,
+                help="'every' records at equal distances; where the condition of a 'when' becomes true is an event, "
+                "which the solution keeps",
+            )

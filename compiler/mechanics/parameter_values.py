@@ -1,6 +1,6 @@
 """What must be known before a run begins: parameters, defaults of inputs, initial values, settings.
 
-Names that change are refused where they are written (flat/variables.py), in the same words (flat/fixed.py); here the
+Names that change are refused where they are written (flat/statements/variables.py), in the same words (flat/values/evaluate.py); here the
 formulas are known, and with them what changes without being named: a frame that is carried along, a reaction.
 """
 
@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Expression, Literal, Variable
-from ..flat.values.fixed_values import first_value_changes, input_changes, parameter_changes, setting_changes
+from ..flat.values.evaluate import first_value_changes, input_changes, parameter_changes, setting_changes
 from ..graph import Graph, Node
 from .defaults import first_values
 from .meaning.symbols import Scalar

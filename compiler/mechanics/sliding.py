@@ -32,8 +32,8 @@ def warn_of_sliding(system: MechanicalSystem, statements: Sequence[Node], report
             "W0566",
             "the force of this dissipation jumps where the motion comes to rest",
             energy.origin.shown,
-            caption="it bends there, and a run that ends at rest would slide along the jump: it stops",
-            help=f"dry friction rests: write '{_friction(energy)}'",
+            caption="the dissipation has a kink there, and a run that comes to rest stops with an error",
+            help=f"for dry friction, which can rest, write '{_friction(energy)}'",
         )
 
 

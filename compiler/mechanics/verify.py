@@ -141,7 +141,7 @@ class _Check:
             for child in chain:
                 parent = child.parent
                 if parent is None or child.step is None or child.depth != parent.depth + 1:
-                    self.fail(where, "is no step deeper than what it hangs on", _chain(chain))
+                    self.fail(where, "is not a step deeper than what it hangs on", _chain(chain))
             good |= {id(child) for child in chain}
 
     def topology(self) -> None:

@@ -20,7 +20,7 @@ BODIES = frozenset({"mass_centre", "inertia_tensor"})
 def energies_as_forces(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     """Write potentials of places as the force -1 along the energy itself, weights as forces, dampings as forces."""
     if felt(model, ENERGIES):
-        raise NotApplicable("its motion feels its own energies, of which forces are no part")
+        raise NotApplicable("its motion feels its own energies, of which forces are not part")
     facts = ModelFacts(model)
     energies, loads = [], list(model.loads)
     said: dict[str, None] = {}

@@ -72,7 +72,7 @@ def _said(base: Body, said: ast.Modification, name: str) -> Body:
         return tuple(changed if s is there else s for s in base)
     start = ast.Start(span=said.span, value=said.value, guess=said.kind == "~")
     if rest:
-        raise NotApplicable(f"'{head.name}' of '{name}' is no component")
+        raise NotApplicable(f"'{head.name}' of '{name}' is not a component")
     if isinstance(said.target, ast.Derivative) or any(
         isinstance(s, ast.Initial) and s.target == said.target for s in base
     ):

@@ -32,7 +32,7 @@ def _otherwise(e: Apply) -> Expression | None:
     if e.type.kind is not Kind.REAL or e.type.shape:
         return None
     match e.function, e.arguments:
-        case "sqrt", (a,):  # of four times as much, which is no square of anything that stands there
+        case "sqrt", (a,):  # of four times as much, which is not a square of anything that stands there
             four = number(4, types.NUMBER, e.span)
             return half(apply("sqrt", types.numeric(e.type), product(four, a)))
         case "exp", (a,):

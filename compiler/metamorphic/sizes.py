@@ -19,7 +19,7 @@ def other_units(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     if model.dimensionless:
         raise NotApplicable("all of its quantities are pure numbers")
     if model.independent not in ("", "time"):
-        raise NotApplicable(f"'{model.independent}' is no time")
+        raise NotApplicable(f"'{model.independent}' is not a time")
     kg, m, s, a = (2.0 ** random.choice(POWERS) for _ in range(4))
     factors = (kg, m, s, a)
     touched = False

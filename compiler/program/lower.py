@@ -1,8 +1,15 @@
-"""From equations to a program: hoist, order, and turn nodes into statements."""
+"""From equations to a program: hoist, order, and turn nodes into statements.
+
+What depends on parameters alone is computed once for each run. All else is ordered depth first from the outputs, left
+operands first: a value is computed shortly before its first use, and as left operands are the older ones, what many others
+need comes early. Measured on chains of 20 and 100 links this runs 15 to 30 % faster than the order of construction, and than
+taking larger subtrees first (which is best for trees, R. Sethi, J. D. Ullman, J. ACM 17 (1970) 715, but not for graphs that
+share most of their nodes). Sine and cosine of one argument stand side by side, where C compilers fuse them.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence, Set
+from collections.abc import Collection, Iterable, Mapping, Sequence, Set
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -12,8 +19,9 @@ from mechc.runtime.interface import interface_of
 from ..equations.followers import followers
 from ..equations.model import CompilerInterface, Equations, Function, Slot
 from ..graph import Graph, Node
-from ..graph.operations import CONST, EQUAL, LOOKUP, OPERATIONS, SYMBOL
-from .hoist import hoistable, rule_order
+from ..graph.operations import CONST, COS, DERIVED, EQUAL, LOOKUP, NEG, OPERATIONS, SELECT, SIN, SYMBOL
+from ..graph.rewrite import substitute
+from .branches import gathered
 from .independent_groups import groups
 from .model import (
     Body,
@@ -28,7 +36,6 @@ from .model import (
     Value,
     codes_of,
 )
-from .schedule import schedule
 
 NARROW = frozenset(row.code for row in OPERATIONS if row.narrow)
 """Operations whose results may change within a small part of the range of what they are of, and tables."""
@@ -47,18 +54,24 @@ RUN_ONCE = ("initial", "initial_of_others", "discretes")
 """Functions that a run calls once, as those of the experiments: nothing is gained by hoisting from them."""
 
 
-def lower(equations: Equations, *, hoist: bool = True) -> Program:
+def lower(equations: Equations, *, hoist: bool = True, formulas: bool = False) -> Program:
     """Return the program of all functions of the equations, each one in a single body.
 
-    ``hoist``: what depends on parameters alone is computed once for each run.
+    ``hoist``: what depends on parameters alone is computed once for each run. ``formulas``: it can be differentiated, so that formulas
+    stand for values that have the derivatives of these (``Graph.derived``).
     """
+    equations = _settled(equations, formulas)
     graph, layout = equations.graph, equations.layout
     once = {*RUN_ONCE, *(e.function for e in equations.experiments)}
     repeated = [n for f in equations.functions if f.name not in once for n in f.outputs]
     hoisted = hoistable(graph, layout, repeated) if hoist else []
     n_parameters = len(equations.parameters)
     constants = {n: n_parameters + i for i, n in enumerate(hoisted)}
-    plans = [_plan(f, {} if f.name in once else constants) for f in equations.functions]
+    state = _state(equations)
+    plans = [
+        _plan(f, {} if f.name in once else constants, state if f.name in equations.actions else {})
+        for f in equations.functions
+    ]
     parameters, *functions = _lowered(graph, layout, [_parameters(equations, constants), *plans])
     return Program(
         **interface_of(equations, CompilerInterface)
@@ -78,8 +91,33 @@ def lower(equations: Equations, *, hoist: bool = True) -> Program:
 def lower_functions(equations: Equations, program: Program, functions: Sequence[Function]) -> Program:
     """Return a program of other functions of the same arguments alone, which hoist nothing."""
     graph = equations.graph
-    made = _lowered(graph, equations.layout, [_plan(f, {}) for f in functions])
+    plain = _chosen(graph, [n for f in functions for n in f.outputs], formulas=False)
+    functions = [replace(f, outputs=tuple(plain[n] for n in f.outputs)) for f in functions]
+    made = _lowered(graph, equations.layout, [_plan(f, {}, {}) for f in functions])
     return replace(program, tables=tuple(graph.tables), functions=tuple(made), switching=None)
+
+
+def _settled(equations: Equations, formulas: bool) -> Equations:
+    """Return the equations without nodes whose value and derivatives are those of two others."""
+    outputs = [n for f in equations.functions for n in f.outputs]
+    outputs += [rule.value for rule in equations.parameter_rules]
+    if not equations.graph.reached_with(outputs, {DERIVED}):
+        return equations
+    chosen = _chosen(equations.graph, outputs, formulas)
+    return replace(
+        equations,
+        functions=tuple(replace(f, outputs=tuple(chosen[n] for n in f.outputs)) for f in equations.functions),
+        parameter_rules=tuple(replace(r, value=chosen[r.value]) for r in equations.parameter_rules),
+    )
+
+
+def _chosen(graph: Graph, outputs: Sequence[Node], formulas: bool) -> dict[Node, Node]:
+    """Return what stands for each output: values, or formulas with their derivatives, but for those that count as constants."""
+    known: dict[Node, Node] = {}
+    for n in sorted(graph.having(graph.reach(outputs), {DERIVED})):
+        value, formula = graph.args(n)
+        (known[n],) = substitute(graph, [formula if formulas and formula != graph.zero else value], known)
+    return dict(zip(outputs, substitute(graph, outputs, known), strict=True))
 
 
 def _derived_by(functions: Sequence[ProgramFunction], codes: Set[int]) -> bool:
@@ -137,7 +175,7 @@ def lower_function(
     graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
 ) -> ProgramFunction:
     """Return a function in one body; ``constants``: places in p of nodes that are known."""
-    (lowered,) = _lowered(graph, layout, [_plan(function, constants)])
+    (lowered,) = _lowered(graph, layout, [_plan(function, constants, {})])
     return lowered
 
 
@@ -152,8 +190,15 @@ class _Plan(Struct, frozen=True):
     in_order: bool = False
 
 
-def _plan(function: Function, constants: Mapping[Node, int]) -> _Plan:
-    stores = [("out", i, n, False) for i, n in enumerate(function.outputs)]
+def _state(equations: Equations) -> dict[int, Node]:
+    """Return what stands in each place of y, then z."""
+    first = {"y": 0, "z": len(equations.states)}
+    return {first[s.array] + s.index: n for n, s in equations.layout.items() if s.array in first}
+
+
+def _plan(function: Function, constants: Mapping[Node, int], before: Mapping[int, Node]) -> _Plan:
+    """Plan a function; ``before``: what ``out`` holds when it is called, and what is not stored again."""
+    stores = [("out", i, n, False) for i, n in enumerate(function.outputs) if before.get(i) != n]
     return _Plan(function.name, function.doc, len(function.outputs), stores, constants)
 
 
@@ -182,7 +227,8 @@ def _lowered(graph: Graph, layout: Mapping[Node, Slot], plans: Sequence[_Plan]) 
             bodies: tuple[Body, ...] = (columns,)
             made = made_order(columns, nodes)
         else:
-            bodies, made = (_body(graph, layout, plan, order),), ()
+            body = _body(graph, layout, plan, order)
+            bodies, made = (body if plan.in_order else gathered(body),), ()
         functions.append(ProgramFunction(plan.name, plan.doc, plan.n_out, bodies, made=made))
     return functions
 
@@ -199,3 +245,111 @@ def _body(graph: Graph, layout: Mapping[Node, Slot], plan: _Plan, order: Sequenc
         start = stop
         statements.store(array, index, n, guarded)
     return tuple(statements.body)
+
+
+def schedule(graph: Graph, outputs: Sequence[Node], given: Collection[Node] = ()) -> list[Node]:
+    """Return all nodes that the outputs need, arguments first; nothing below a ``given`` node."""
+    walk = graph.depth_first(outputs, given)
+    pairs = _pairs(graph, walk, given)
+    if not pairs:
+        return walk
+    early: set[Node] = set()
+    order: list[Node] = []
+    for n in walk:
+        if n in early:
+            continue
+        order.append(n)
+        other = pairs.get(n)
+        if other is not None:
+            early.add(other)
+            order.append(other)
+    return order
+
+
+def _pairs(graph: Graph, nodes: Sequence[Node], given: Collection[Node]) -> dict[Node, Node]:
+    """Return for each sine or cosine that comes first the other one of the same argument."""
+    first: dict[Node, Node] = {}
+    pairs: dict[Node, Node] = {}
+    for n in graph.having(nodes, {SIN, COS}):
+        if n not in given:
+            (angle,) = graph.args(n)
+            other = first.setdefault(angle, n)
+            if other != n:
+                pairs[other] = n
+    return pairs
+
+
+def hoistable(graph: Graph, layout: Mapping[Node, Slot], outputs: Iterable[Node]) -> list[Node]:
+    """Return the operations on parameters and constants whose results enter anything else, ascending.
+
+    A change of sign is not worth a number in memory: its argument is hoisted instead.
+    """
+    outputs = list(outputs)
+    order = graph.reach(outputs)
+    op, args = graph.op, graph.args
+    codes, left, right = graph._code, graph._left, graph._right
+    fixed = bytearray(order[-1] + 1) if order else bytearray()
+    wanted: set[Node] = set()
+    for n in order:
+        code = codes[n]
+        if code == CONST:
+            fixed[n] = 1
+        elif code == SYMBOL:
+            fixed[n] = layout[n].array == "p"
+        elif code != SELECT and (b := right[n]) >= 0:
+            a = left[n]
+            if fixed[a]:
+                if fixed[b]:
+                    fixed[n] = 1
+                else:
+                    wanted.add(a)
+            elif fixed[b]:
+                wanted.add(b)
+        else:
+            operands = args(n)
+            constant = [a for a in operands if fixed[a]]
+            if len(constant) == len(operands):
+                fixed[n] = 1
+            elif constant:
+                wanted.update(constant)
+    wanted.update(n for n in outputs if fixed[n])
+    found = {args(n)[0] if op(n) == NEG else n for n in wanted}
+    return sorted(n for n in found if op(n) > SYMBOL)
+
+
+def rule_order(graph: Graph, layout: Mapping[Node, Slot], rules: Mapping[int, Node]) -> list[int]:
+    """Return the indices of the parameters so that each comes after those it depends on.
+
+    Raises ValueError where a rule reads anything but parameters, or parameters depend on each other in a
+    circle: earlier stages report both.
+    """
+    reads: dict[int, list[int]] = {}
+    for index, value in rules.items():
+        slots = [layout[s] for s in graph.support(value)]
+        if any(slot.array != "p" for slot in slots):
+            raise ValueError(f"the rule of parameter {index} reads more than parameters")
+        reads[index] = [slot.index for slot in slots if slot.index in rules]
+    return _topological(reads)
+
+
+def _topological(reads: Mapping[int, Collection[int]]) -> list[int]:
+    done: set[int] = set()
+    order: list[int] = []
+    for start in sorted(reads):
+        path = [start]
+        entered: set[int] = set()
+        while path:
+            index = path[-1]
+            if index in done:
+                path.pop()
+                continue
+            waiting = [i for i in reads[index] if i not in done]
+            if not waiting:
+                done.add(index)
+                order.append(index)
+            elif index in entered:
+                raise ValueError(f"parameter {index} depends on itself")
+            else:
+                entered.add(index)
+                path += waiting
+    return order

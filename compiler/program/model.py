@@ -2,11 +2,12 @@
 
 A body is a sequence of statements. A statement that yields a number is referred to by its position in the
 body, and only by later statements: every value is computed once, before it is used. Nothing branches; a
-choice is the operation SELECT. All functions but ``parameters`` have the signature (t, y, u, z, p) -> out.
+choice is the operation SELECT (branches.py finds what only one side of it needs). All functions but ``parameters`` have the signature (t, y, u, z, p) -> out.
 """
 
 from __future__ import annotations
 
+import re
 from array import array
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
@@ -82,8 +83,21 @@ def operands_of(statement: Statement) -> tuple[Value, ...]:
             return ()
 
 
+def moved(statement: Statement, place: Mapping[Value, Value]) -> Statement:
+    """Return a statement whose operands stand elsewhere."""
+    if type(statement) is Operate:  # most of them
+        return Operate(statement.code, tuple([place[a] for a in statement.operands]))
+    match statement:
+        case Lookup(table, order, operand):
+            return Lookup(table, order, place[operand])
+        case Store(array, index, value, guarded):
+            return Store(array, index, place[value], guarded)
+        case _:
+            return statement
+
+
 LOAD, LITERAL, STORE = -1, -2, -3
-"""What ``LongBody.kinds`` says of statements that are no operations."""
+"""What ``LongBody.kinds`` says of statements that are not operations."""
 
 ARRAYS = ("t", "y", "u", "z", "p", "w", "g", "out")
 
@@ -188,6 +202,10 @@ def places_of(body: Body, codes: Collection[int]) -> list[Value]:
     ]
 
 
+_OPERATIONS: Final = bytes(range(128))
+"""The kinds of statements that are operations, as bytes."""
+
+
 class ProgramFunction(Struct, frozen=True):
     """``bodies`` run one after the other; values pass from one to the next through w[0 .. workspace-1] only.
 
@@ -206,7 +224,7 @@ class ProgramFunction(Struct, frozen=True):
     def operations(self) -> int:
         """Count the operations: all statements but loads, literals and stores."""
         return sum(
-            sum(kind >= 0 for kind in body.kinds)
+            len(body) - len(body.kinds.tobytes().translate(None, _OPERATIONS))
             if isinstance(body, LongBody)
             else sum(type(s) is Operate or type(s) is Lookup for s in body)
             for body in self.bodies
@@ -215,6 +233,11 @@ class ProgramFunction(Struct, frozen=True):
 
 FEW_SLOTS: Final = 64
 """Slots up to which one loop over orders is faster than calls of the kernel (MECH_FEW_SLOTS of series.h). Measured: 62 are 1.2 times, 108 slower."""
+
+
+SERIES_START: Final = "series_start"
+SERIES_NEXT: Final = "series_next"
+"""Functions of Taylor series (series.py)."""
 
 
 class SeriesPlan(Struct, frozen=True):
@@ -265,3 +288,38 @@ class Program(CompilerInterface, frozen=True, kw_only=True):
 
     def function(self, name: str) -> ProgramFunction | None:
         return next((f for f in self.functions if f.name == name), None)
+
+
+_TEMPORARY = re.compile(r"[vkw]\d+|(sin|cos)_\w+")
+"""Names that targets give to values of their own."""
+
+
+def identifiers(program: Program, reserved: Collection[str]) -> Mapping[tuple[str, int], str]:
+    """Return a different identifier for each (array, index); none is in ``reserved``.
+
+    ``der(theta)`` becomes der_theta, ``arm.R[2]`` arm_R_2; hoisted constants are k0, k1, ...
+    """
+    names: dict[tuple[str, int], str] = {("t", 0): "t"}
+    taken = {
+        "t",
+        "y",
+        "u",
+        "z",
+        "p",
+        "out",
+        "w",
+        "set",
+        *reserved,
+        *(("g",) if "g" in program.arrays else ()),
+    }
+    for kind in ("y", "u", "z", "p", "g"):
+        for index, entry in enumerate(program.arrays.get(kind, ())):
+            base = re.sub(r"\W+", "_", entry.name, flags=re.ASCII).strip("_") or kind
+            name = f"{kind}_{base}" if base[0].isdigit() or _TEMPORARY.fullmatch(base) else base
+            while name in taken:
+                name += "_"
+            taken.add(name)
+            names[kind, index] = name
+    for i in range(program.nh):
+        names["p", len(program.arrays["p"]) + i] = f"k{i}"
+    return names

@@ -1,6 +1,6 @@
 """Taylor series of the rates from their program, for the method ``taylor``.
 
-Each operation that is not linear is one or two *slots*, pairs (A, B) of series of which the kernel forms
+Each operation that is not linear is one or two *slots*, pairs (A, B) of series for which the kernel forms
     M_k = A_1 B_(k-1) + ... + A_(k-1) B_1;
 given these sums, the coefficients of order k are linear in each other. So two functions serve every order:
 
@@ -11,23 +11,28 @@ at a multiple of ``LANES``.
 
 A. Jorba, M. Zou, A software package for the numerical integration of ODEs by means of high-order Taylor methods, Exp.
 Math. 14, 2005; rules for functions: A. Griewank, A. Walther, Evaluating Derivatives, ch. 13.
+
+Elimination turns two linear equations for two unknowns into a quotient. The equations are recovered:
+    q = (N + l u f) / (a - m u w)   with   w q   in the other one
+is
+    a q = N + u s,   s = l f + m w q.
+Their series needs only the products u s and w q, instead of u w, u f, w q and q times the denominator.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Final
+from collections.abc import Callable, Collection, Iterator, Sequence
+from typing import Final, NamedTuple
 
 from msgspec.structs import replace
 
 from ..equations.model import Function, Slot
 from ..graph import Graph, Node
 from ..graph import operations as ops
-from ..graph.operations import OPERATIONS
+from ..graph.operations import ADD, MUL, NEG, OPERATIONS, SUB
 from ..graph.rewrite import substitute
-from .coupled import Coupled, coupled
 from .lower import lower_function
-from .model import Load, Program, ProgramFunction, SeriesPlan
+from .model import SERIES_NEXT, SERIES_START, Load, Program, ProgramFunction, SeriesPlan
 from .slots import HALF, NoSeries, SlotGraph, rates_of
 
 LANES: Final = 8
@@ -35,9 +40,6 @@ LANES: Final = 8
 
 LARGEST_ROOT: Final = 4
 """Powers by halves up to this are formed by products and a root."""
-
-START: Final = "series_start"
-NEXT: Final = "series_next"
 
 
 def with_series(program: Program) -> Program:
@@ -61,7 +63,7 @@ def with_series(program: Program) -> Program:
 
 def without_series(program: Program) -> Program:
     """Return the program without the two functions, which only the kernel calls."""
-    functions = tuple(f for f in program.functions if f.name not in (START, NEXT))
+    functions = tuple(f for f in program.functions if f.name not in (SERIES_START, SERIES_NEXT))
     return replace(program, functions=functions, series=None, no_series="")
 
 
@@ -240,7 +242,7 @@ class _Series:
         graph, zero = self.graph, self.graph.zero
         place = {n: Slot(array, index) for (array, index), n in self.form.symbols.items()}
         given = _with_roots(graph, (*self.rates, *self.kept))
-        start = Function(START, "rates, then what all orders of their series read", given)
+        start = Function(SERIES_START, "rates, then what all orders of their series read", given)
         a, b = list[Node](), list[Node]()
         for first, second, rising in self.slots:
             c = self.coefficients[first]
@@ -248,7 +250,7 @@ class _Series:
             b.append(self.coefficients[second])
         rows = ([self.coefficients[n] for n in self.rates], a, b)
         following = Function(
-            NEXT,
+            SERIES_NEXT,
             "coefficients of order t of the rates, and of both sides of the slots",
             tuple(n for row in rows for n in (*row, *[zero] * (padded(len(row)) - len(row)))),
         )
@@ -265,3 +267,60 @@ class _Series:
 
     def plan(self) -> SeriesPlan:
         return SeriesPlan(len(self.slots), len(self.kept))
+
+
+class Coupled(NamedTuple):
+    """What stands in both equations, by the letters above; ``rest``: the terms of N, with the constants before them."""
+
+    rest: tuple[tuple[Node, Node], ...]
+    before_f: Node
+    f: Node
+    u: Node
+    w: Node
+    before_product: Node
+    product: Node
+    s: Node
+
+
+def coupled(
+    graph: Graph, q: Node, constant: Callable[[Node], bool], wanted: Collection[Node]
+) -> Coupled | None:
+    """Return the equations that a quotient comes from, if it does; ``wanted``: nodes whose series are formed anyhow."""
+    numerator, denominator = graph.args(q)
+    moving = [(before, n) for before, n in _terms(graph, denominator, constant) if not constant(n)]
+    if len(moving) != 1 or graph.op(moving[0][1]) != MUL:
+        return None
+    before, (a, b) = moving[0][0], graph.args(moving[0][1])
+    terms = [*_terms(graph, numerator, constant)]
+    for u, w in ((a, b), (b, a)):
+        product = graph.mul(w, q)
+        for k, (before_f, n) in enumerate(terms):
+            if product in wanted and graph.op(n) == MUL and u in graph.args(n):
+                first, second = graph.args(n)
+                f = second if first == u else first
+                back = graph.neg(before)
+                s = graph.add(graph.mul(before_f, f), graph.mul(back, product))
+                return Coupled((*terms[:k], *terms[k + 1 :]), before_f, f, u, w, back, product, s)
+    return None
+
+
+def _terms(graph: Graph, n: Node, constant: Callable[[Node], bool]) -> Iterator[tuple[Node, Node]]:
+    """Yield the terms of a sum: a constant, and what it is times."""
+    waiting = [(graph.one, n)]
+    while waiting:
+        before, n = waiting.pop()
+        args = graph.args(n)
+        match graph.op(n):
+            case _ if constant(n):
+                yield before, n
+            case code if code in (ADD, SUB):
+                second = before if code == ADD else graph.neg(before)
+                waiting += [(second, args[1]), (before, args[0])]
+            case code if code == NEG:
+                waiting.append((graph.neg(before), args[0]))
+            case code if code == MUL and constant(args[0]):
+                waiting.append((graph.mul(before, args[0]), args[1]))
+            case code if code == MUL and constant(args[1]):
+                waiting.append((graph.mul(before, args[1]), args[0]))
+            case _:
+                yield before, n

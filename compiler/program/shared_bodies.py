@@ -14,8 +14,8 @@ from .model import Body, Load, Lookup, Operate, Program, ProgramFunction, Statem
 Node = int
 """A statement that yields a value, which counts once where several functions have it."""
 
-Line = tuple[Node, Store | None]
-"""A node, or a store of its value."""
+Line = Node | Store
+"""A node, or a store of one."""
 
 ALL: Final = -1
 """The functions that have a load or literal."""
@@ -46,92 +46,93 @@ def in_common(program: Program, size: int, whole: Collection[str] = ()) -> Progr
 
 
 class _Nodes:
-    """The values of functions of one body each, long ones first.
+    """The values of functions of one body each, long ones first; ``statements`` tell what they are, ``read`` from which nodes.
 
-    ``of``: which functions a node is computed for once, one bit each; what the same functions share is a group. ``places``: in the
-    workspace, of what groups pass to others. Loads and literals stand in each body that reads them.
+    ``of``: which functions a node is computed for once, one bit each, if more than one; what the same functions share is a group.
+    ``places``: in the workspace, of what groups pass to others. Loads and literals stand in each body that reads them.
     """
 
     def __init__(self, functions: Sequence[ProgramFunction]) -> None:
         self.statements: list[Statement] = []
-        self.of: list[int] = []
-        known: dict[Statement, Node] = {}
-        self.lines = [[*self._lines(function, 1 << k, known)] for k, function in enumerate(functions)]
-        self.inner = [n for n, s in enumerate(self.statements) if type(s) is Operate or type(s) is Lookup]
-        for node in {*range(len(known))}.difference(self.inner):
-            self.of[node] = ALL
-        self._choose()
-        self.places = {node: place for place, node in enumerate(sorted({*self._passed()}))}
+        self.read: list[tuple[Node, ...]] = []
+        self.had: list[int] = []
+        """The functions that have a node, one bit each."""
+        known: dict[object, Node] = {}
+        self.lines = [self._lines(function, 1 << k, known) for k, function in enumerate(functions)]
+        self.inner = [node for node, read in enumerate(self.read) if read]
+        self.of = self._groups()
+        self.places = {node: place for place, node in enumerate(sorted(self._passed()))}
 
-    def _lines(self, function: ProgramFunction, bit: int, known: dict[Statement, Node]) -> Iterator[Line]:
+    def _lines(self, function: ProgramFunction, bit: int, known: dict[object, Node]) -> list[Line]:
         (body,) = function.bodies
+        lines: list[Line] = []
         at: list[Node] = []
         for statement in body:
-            operands = [at[v] for v in operands_of(statement)]
             if type(statement) is Store:
-                node = operands[0]
-                yield node, statement
+                node = at[statement.value]
+                lines.append(replace(statement, value=node))
             else:
-                moved = _reading(statement, operands)
-                node = known.setdefault(moved, len(known))
+                read = tuple([at[v] for v in operands_of(statement)])
+                if type(statement) is Operate:
+                    key: object = statement.code, read
+                else:
+                    key = _reading(statement, read)
+                node = known.setdefault(key, len(known))
                 if node == len(self.statements):
-                    self.statements.append(moved)
-                    self.of.append(0)
-                self.of[node] |= bit
-                yield node, None
+                    self.statements.append(statement)
+                    self.read.append(read)
+                    self.had.append(0)
+                self.had[node] |= bit
+                lines.append(node)
             at.append(node)
+        return lines
 
-    def _choose(self) -> None:
+    def _groups(self) -> list[int]:
         """Take the shortest function from each group that is too small, and from what reads that, until none is."""
-        of = self.of
+        of = [had if read else ALL for had, read in zip(self.had, self.read, strict=True)]
+        shared = self.inner
         while True:
-            counts = Counter(of[node] for node in self.inner)
+            shared = [node for node in shared if of[node].bit_count() > 1]
+            counts = Counter([of[node] for node in shared])
             small = {
-                group: group ^ 1 << group.bit_length() - 1
-                for group, count in counts.items()
-                if count < WORTH and group.bit_count() > 1
+                group: group ^ 1 << group.bit_length() - 1 for group, count in counts.items() if count < WORTH
             }
             if not small:
-                return
-            for node in self.inner:
+                return [group if group == ALL or group.bit_count() > 1 else 0 for group in of]
+            for node in shared:
                 left = small.get(of[node], of[node])
-                for a in operands_of(self.statements[node]):
+                for a in self.read[node]:
                     left &= of[a]
                 of[node] = left
 
-    def _is_shared(self, node: Node, bit: int) -> bool:
-        """Whether a function, by its bit, has a node in common with others."""
-        of = self.of[node]
-        return bool(of & bit) and of.bit_count() > 1
-
-    def _passed(self) -> Iterator[Node]:
-        """Yield what groups compute and others read."""
+    def _passed(self) -> set[Node]:
+        """Return what groups compute and others read."""
+        of, passed = self.of, set[Node]()
+        for node in self.inner:
+            group = of[node]
+            own = self.had[node] & ~group
+            for a in self.read[node]:
+                if of[a] > 0 and ((group and of[a] != group) or of[a] & own):
+                    passed.add(a)
         for k, lines in enumerate(self.lines):
-            for node, store in lines:
-                read: Sequence[Node] = (node,)
-                group = 0
-                if store is None:
-                    read = operands_of(self.statements[node])
-                    group = self.of[node] if self._is_shared(node, 1 << k) else 0
-                yield from (
-                    a
-                    for a in read
-                    if self.of[a] != ALL and self._is_shared(a, 1 << k) and self.of[a] != group
-                )
+            passed.update(
+                s.value for s in lines if isinstance(s, Store) and of[s.value] > 0 and of[s.value] >> k & 1
+            )
+        return passed
 
     def groups(self) -> Iterator[tuple[int, Body]]:
         """Yield what the same functions compute, by these: each group reads such of more functions, which come before it."""
         found: dict[int, list[Line]] = {}
         for node in self.inner:
-            if self.of[node].bit_count() > 1:
-                found.setdefault(self.of[node], []).append((node, None))
+            if self.of[node]:
+                found.setdefault(self.of[node], []).append(node)
         for of in sorted(found, key=lambda of: -of.bit_count()):
             yield of, self._body(found[of], self.places)
 
     def rest(self, k: int) -> Body:
         """Return what a function computes besides its groups, with its stores."""
         return self._body(
-            ((node, store) for node, store in self.lines[k] if store or not self._is_shared(node, 1 << k)), {}
+            (line for line in self.lines[k] if isinstance(line, Store) or not self.of[line] >> k & 1), {}
         )
 
     def _body(self, lines: Iterable[Line], kept: Mapping[Node, int]) -> Body:
@@ -139,25 +140,21 @@ class _Nodes:
         body: list[Statement] = []
         here: dict[Node, int] = {}
 
-        def add(statement: Statement) -> int:
-            body.append(statement)
-            return len(body) - 1
-
         def value(node: Node) -> int:
             if node not in here:
-                here[node] = add(
-                    self.statements[node] if self.of[node] == ALL else Load("w", self.places[node])
-                )
+                here[node] = len(body)
+                body.append(self.statements[node] if self.of[node] == ALL else Load("w", self.places[node]))
             return here[node]
 
-        for node, store in lines:
-            if store is not None:
-                add(_reading(store, [value(node)]))
-            elif self.of[node] != ALL:
-                operands = [value(a) for a in operands_of(self.statements[node])]
-                here[node] = add(_reading(self.statements[node], operands))
-                if node in kept:
-                    add(Store("w", kept[node], here[node]))
+        for line in lines:
+            if isinstance(line, Store):
+                body.append(_reading(line, [value(line.value)]))
+            else:
+                moved = _reading(self.statements[line], [value(a) for a in self.read[line]])
+                here[line] = len(body)
+                body.append(moved)
+                if line in kept:
+                    body.append(Store("w", kept[line], here[line]))
         return tuple(body)
 
 

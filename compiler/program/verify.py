@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import cache
-from typing import TYPE_CHECKING
-
 from ..graph.operations import LOOKUP, OPERATIONS, SYMBOL
 from ..graph.table import answers
 from ..malformed import Malformed, excerpt
 from .model import (
-    STORE,
+    SERIES_NEXT,
     Body,
     Literal,
     Load,
-    LongBody,
     Lookup,
     Operate,
     Program,
@@ -23,12 +18,8 @@ from .model import (
     Store,
     operands_of,
 )
-from .series import NEXT, padded
+from .series import padded
 from .show import line
-
-if TYPE_CHECKING:
-    import numpy as np
-    from numpy.typing import NDArray
 
 READABLE = ("t", "y", "u", "z", "p", "g")
 
@@ -36,40 +27,11 @@ READABLE = ("t", "y", "u", "z", "p", "g")
 def verify(program: Program) -> None:
     """Raise Malformed where the program is not well formed.
 
-    Values are computed before they are used, every output is stored once, every place that is read exists
-    and has been written, operations have their number of operands.
+    Values are computed before they are used, every output is stored once (in functions of events what changes), every place that is
+    read exists and has been written, operations have their number of operands.
     """
     for function in (program.parameters_function, *program.functions):
         _Check(program, function).run()
-
-
-@cache
-def _arities() -> NDArray[np.int64]:
-    """Return how many operands each operation takes; -1 for what is none."""
-    import numpy as np
-
-    arities = [op.arity for op in OPERATIONS]
-    return np.array([-1 if k <= SYMBOL or k == LOOKUP else arity for k, arity in enumerate(arities)])
-
-
-def _to_look_at(body: Body) -> Iterable[int]:
-    """Return the positions to look at one by one: not those of operations in columns that read as many values as they take,
-    all computed before."""
-    if not isinstance(body, LongBody):
-        return range(len(body))
-    import numpy as np
-
-    kinds, at = np.frombuffer(body.kinds, np.int8), np.arange(len(body))
-    arities = _arities()
-    counts = np.where((kinds >= 0) & (kinds < len(arities)), arities[kinds % len(arities)], -1)
-    right = counts >= 0
-    for k, column in enumerate((body.first, body.second, body.third)):
-        operand = np.frombuffer(column, np.intc)
-        computed = (operand >= 0) & (operand < at)
-        computed &= kinds[np.where(computed, operand, 0)] != STORE
-        right &= computed | (k >= counts)
-    found: list[int] = np.flatnonzero(~right).tolist()
-    return found
 
 
 class _Check:
@@ -84,15 +46,16 @@ class _Check:
         for body in self.function.bodies:
             self.body = body
             stores = set[int]()
-            for position in _to_look_at(body):
-                statement = body[position]
+            for position, statement in enumerate(body):
                 for operand in operands_of(statement):
                     if not 0 <= operand < position or operand in stores:
                         self.fail(position, "reads a value that is not computed before")
                 if type(statement) is Store:
                     stores.add(position)
                 self.check(position, statement)
-        missing = [i for i in range(self.function.n_out) if ("out", i) not in self.stored]
+        acts = self.function.name in self.program.actions
+        first = self.program.size("y") + self.program.size("z") if acts else 0
+        missing = [i for i in range(first, self.function.n_out) if ("out", i) not in self.stored]
         if missing:
             self.fail(None, f"does not store out{missing}")
 
@@ -132,7 +95,7 @@ class _Check:
     def size(self, array: str) -> int:
         """Return how many numbers the function is given in an array."""
         series = self.program.series
-        if self.function.name == NEXT and series is not None:
+        if self.function.name == SERIES_NEXT and series is not None:
             own = {"z": series.n_kept, "u": padded(series.n_slots) + 2}
             return own[array] if array in own else self.program.size(array)
         return self.program.size(array)

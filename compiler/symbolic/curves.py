@@ -17,8 +17,7 @@ from ..graph.differentiate import gradient
 from ..mechanics.energies import total_energy
 from ..mechanics.system import Curve, MechanicalSystem
 from .equations import SHOW_LIMIT, EquationLine, EquationList, EquationSection, decimals
-from .express import express
-from .factored import factored
+from .express import express, factored
 from .names import latex_name, symbols_of
 from .trigonometry import shorten
 
@@ -42,7 +41,7 @@ def curve_account(system: MechanicalSystem, curve: Curve, *, latex: bool) -> Equ
         if operations > SHOW_LIMIT:
             return EquationLine(left, None, operations)
         if sp.count_ops(expression) <= SIMPLIFY_LIMIT:
-            expression = factored(shorten(sp.nsimplify(expression, rational=True)))
+            expression = factored(shorten(expression))
         return EquationLine(left, decimals(expression), operations)
 
     whole = density(system, found)

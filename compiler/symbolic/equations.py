@@ -17,8 +17,7 @@ from ..graph.rewrite import substitute
 from ..mechanics.modes import Mode
 from ..mechanics.system import MechanicalSystem
 from .abbreviations import Abbreviations, written_size
-from .express import express
-from .factored import factored
+from .express import express, factored
 from .names import latex_name, symbols_of
 from .trigonometry import shorten
 
@@ -173,18 +172,24 @@ class _Writer:
         self.graph = graph
         self.plain: dict[Node, sp.Expr] = {}
         self.short: Abbreviations | None = None
-        if written_size(graph, nodes, symbols) <= LONG:
-            written = express(graph, nodes, symbols)
-            self.plain = {n: _tidy(e, symbols, system) for n, e in zip(nodes, written, strict=True)}
-        sizes = [sp.count_ops(e) for e in self.plain.values()]
-        if self.plain and max(sizes) <= LONG_LINE:
+        if written_size(graph, nodes, symbols) > LONG:
+            if graph.count_operations(nodes) <= SHOW_LIMIT:
+                self.short = Abbreviations(graph, nodes, symbols, latex=latex)
             return
-        if graph.count_operations(nodes) > SHOW_LIMIT:
-            self.plain = {}
-            return
-        short = Abbreviations(graph, nodes, symbols, latex=latex)
-        if not self.plain or short.size(nodes) < sum(sizes):
-            self.short = short
+        written = dict(zip(nodes, express(graph, nodes, symbols), strict=True))
+        longest, total, named = 0, 0, -1
+        for node in sorted(written, key=lambda n: -int(sp.count_ops(written[n]))):
+            self.plain[node] = _tidy(written[node], symbols, system)
+            size = int(sp.count_ops(self.plain[node]))
+            longest, total = max(longest, size), total + size
+            if longest <= LONG_LINE:
+                continue
+            if named < 0:
+                short = Abbreviations(graph, nodes, symbols, latex=latex)
+                named = short.size(nodes)
+            if named < total:  # whatever the others come to
+                self.short = short
+                return
 
     def __call__(self, left: str, node: Node) -> EquationLine:
         operations = self.graph.count_operations([node])
@@ -230,14 +235,26 @@ def _multipliers(
 
 def _tidy(expression: sp.Expr, symbols: dict[Node, sp.Symbol], system: MechanicalSystem) -> sp.Expr:
     """Simplify small expressions and order them by accelerations."""
-    simple = shorten(sp.nsimplify(expression, rational=True))
+    simple = shorten(expression)
     accelerations = [symbols[a] for a in system.a if a in symbols]
     present = [a for a in accelerations if simple.has(a)]
     if not present:
         quotients = any(power.base.is_Add and power.exp.is_negative for power in simple.atoms(sp.Pow))
         factors = quotients and sp.count_ops(simple) <= LONG_LINE
         return factored(simple) if factors else simple
-    return sp.collect(simple, present, sp.factor_terms)
+    return _collected(simple, present)
+
+
+def _collected(expression: sp.Expr, accelerations: list[sp.Symbol]) -> sp.Expr:
+    """Return a sum ordered by accelerations, common factors of each share taken out."""
+    shares: dict[sp.Expr, list[sp.Expr]] = {}
+    for term in sp.Add.make_args(expression):
+        found = [factor for factor in sp.Mul.make_args(term) if factor in accelerations]
+        rest = term / found[0] if found else term
+        if not rest.free_symbols.isdisjoint(accelerations):  # not linear in them as it stands
+            return sp.collect(expression, accelerations, sp.factor_terms)
+        shares.setdefault(found[0] if found else sp.S.One, []).append(rest)
+    return sp.Add(*(sp.factor_terms(sp.Add(*terms)) * what for what, terms in shares.items()))
 
 
 def decimals(expression: sp.Expr) -> sp.Expr:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import re
 import unicodedata
+from functools import lru_cache
 from html import escape
+from typing import Any
 
 import sympy as sp
 from sympy.printing.mathml import MathMLPresentationPrinter
@@ -74,6 +76,11 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
     """SymPy's printer with our names."""
 
     def _print_Symbol(self, sym: sp.Symbol, style: str = "plain") -> object:
-        from xml.dom.minidom import parseString
+        return _element(sym.name).cloneNode(deep=True)
 
-        return parseString(symbol(sym.name).replace("˙", "&#x2D9;").replace("¨", "&#xA8;")).documentElement
+
+@lru_cache(1000)
+def _element(name: str) -> Any:
+    from xml.dom.minidom import parseString
+
+    return parseString(symbol(name).replace("˙", "&#x2D9;").replace("¨", "&#xA8;")).documentElement

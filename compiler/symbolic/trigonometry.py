@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 
 import sympy as sp
 
@@ -82,6 +83,7 @@ def _add(series: Series, angle: Angle, value: tuple[sp.Rational, sp.Rational]) -
     series[angle] = (re + value[0], im + value[1])
 
 
+@lru_cache(1000)
 def _angle(argument: sp.Expr) -> Angle:
     found = sp.expand(argument).as_coefficients_dict()
     return tuple(sorted(found.items(), key=lambda item: item[0].sort_key()))

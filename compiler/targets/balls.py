@@ -12,7 +12,7 @@ from ..program import Program
 from ..program.model import Literal, Load, Operate, ProgramFunction, Store
 
 FORMS: Mapping[int, Callable[..., Any]] = {row.code: row.ball for row in OPERATIONS if row.ball is not None}
-"""By codes. Other operations choose or jump, which balls cannot."""
+"""By codes. Other operations choose or jump, which balls can only where they decide."""
 
 
 def enclosure(program: Program) -> Callable[[str, Mapping[str, Sequence[Any]]], list[Any]]:
@@ -46,9 +46,10 @@ def _run(function: ProgramFunction, arrays: Mapping[str, Sequence[Any]], out: li
                 case Literal(number):
                     values.append(arb(fmpq(number.numerator, number.denominator)))
                 case Operate(code, operands):
-                    if code not in FORMS:
+                    found = FORMS[code](*(values[k] for k in operands)) if code in FORMS else None
+                    if found is None:
                         raise NotEnclosed(OPERATIONS[code].name)
-                    values.append(FORMS[code](*(values[k] for k in operands)))
+                    values.append(found)
                 case Store(array, index, value, guarded):
                     values.append(None)
                     if not guarded:  # parameters are all given

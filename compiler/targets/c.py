@@ -8,15 +8,20 @@ from typing import TYPE_CHECKING, Final
 from msgspec.structs import replace
 
 from ..interpreter import compiling
-from ..program import Program, ProgramFunction, chunk
-from ..program.chunk import CHUNK
-from ..program.model import Body, Load, Store, codes_of
-from ..program.names import identifiers
-from ..program.series import NEXT, START
+from ..program import Program, ProgramFunction
+from ..program.branches import mostly_branches
+from ..program.model import SERIES_NEXT, SERIES_START, Body, Load, Store, codes_of, identifiers
 from ..verification import verified
-from . import c_double_double, c_tables
+from . import c_tables
 from .c_blocks import are_apart
-from .c_data import CROWD_FUNCTIONS, CROWD_INCLUDED, MODEL_AHEAD, SHARES_INCLUDED, record_text
+from .c_data import (
+    CROWD_FUNCTIONS,
+    CROWD_INCLUDED,
+    MODEL_AHEAD,
+    SERIES_INCLUDED,
+    SHARES_INCLUDED,
+    record_text,
+)
 from .c_forms import CALLED, DIALECT, LIBRARY, NEEDED_BY_OWN, OWN, TURNING, TURNS_INCLUDED, literal
 from .c_header import comment, header
 from .c_loops import (
@@ -28,7 +33,6 @@ from .c_loops import (
     needs_threads,
     touched,
 )
-from .c_series import SERIES_INCLUDED, expansion
 from .c_sincos_batch import are_turned
 from .expressions import lines
 from .literal import PI_DIGITS
@@ -114,7 +118,11 @@ def emit_c(
             loops = loops_of(program)
         program = _with_turns(program, loops) if turns else program
         if chunk_size != 0:
-            whole = {*loops, NEXT} if program.few_slots or double_double else loops
+            from ..program.chunk import CHUNK, chunk
+
+            whole = {*loops, *(f.name for f in program.functions if mostly_branches(f))}
+            if program.few_slots or double_double:
+                whole.add(SERIES_NEXT)
             program = chunk(program, chunk_size or CHUNK, whole=whole)
             # pieces read their angles again, in between
             program = verified(_with_turns(program, loops) if turns else program)
@@ -162,7 +170,9 @@ class _File:
         program = self.program
         yield from header(program)
         if self.double_double:
-            yield c_double_double.included(program)  # before functions of the library get other names
+            from .c_double_double import included
+
+            yield included(program)  # before functions of the library get other names
         yield _PRELUDE.format(
             quad="".join(f"#define {name} {name}q\n" for name in self.library),
             long="".join(f"#define {name} {name}l\n" for name in self.library),
@@ -195,12 +205,8 @@ class _File:
             yield SERIES_INCLUDED
         yield from self.function(program.parameters_function)
         for function in program.functions:
-            if self.expanded and function.name == NEXT:
-                yield from (
-                    c_double_double.expansion(program)
-                    if self.double_double
-                    else expansion(program, self.dialect)
-                )
+            if self.expanded and function.name == SERIES_NEXT:
+                yield from self.series()
             elif is_emitted(function):
                 yield from self.function(function)
                 if function.name in self.readers:
@@ -208,6 +214,16 @@ class _File:
         if self.crowd:
             yield MODEL_AHEAD
             yield CROWD_FUNCTIONS
+
+    def series(self) -> Iterator[str]:
+        """Return the lines of the function that forms all orders of Taylor series."""
+        if self.double_double:
+            from . import c_double_double
+
+            return c_double_double.expansion(self.program)
+        from .c_series import expansion
+
+        return expansion(self.program, self.dialect)
 
     def has_turns(self) -> bool:
         """Whether sines and cosines stand in groups somewhere."""
@@ -219,7 +235,9 @@ class _File:
     def function(self, function: ProgramFunction) -> Iterator[str]:
         """Yield one function, and before it its bodies where it has several."""
         parameters = function is self.program.parameters_function
-        static = parameters or function.name in MODEL_FUNCTIONS or function.name in (START, NEXT)
+        static = (
+            parameters or function.name in MODEL_FUNCTIONS or function.name in (SERIES_START, SERIES_NEXT)
+        )
         several = len(function.bodies) > 1
         rolled = self.loops.get(function.name)
         if rolled is not None:
@@ -237,7 +255,7 @@ class _File:
             yield from self.rolled(function.name, rolled, parameters)
             return
         if not several:
-            named = function.operations <= NAMED_LOADS and function.name != NEXT
+            named = function.operations <= NAMED_LOADS and function.name != SERIES_NEXT
             yield from self.body(function.bodies[0], parameters, workspace=False, named=named)
             return
         arguments = "p, set, w" if parameters else "t, y, u, z, p, w, out"

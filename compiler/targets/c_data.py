@@ -12,6 +12,8 @@ from .model_data import ArrayPointer, FunctionPointer, NamedNumber, StructArray,
 
 CROWD_INCLUDED: Final = '#include "crowd.h"\n'
 
+SERIES_INCLUDED: Final = '#include "series.h"\n'
+
 SHARES_INCLUDED: Final = '#include "shares.h"\n'
 
 MODEL_AHEAD: Final = "static const mech_model model;\n"

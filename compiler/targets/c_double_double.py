@@ -10,8 +10,7 @@ from typing import Final
 from ..graph import operations as ops
 from ..graph.operation import ATOM, CHOICE, COMPARISON, Form, call
 from ..program import series as taylor
-from ..program.model import Literal, Load, Operate, Program, Store
-from ..program.series import NEXT
+from ..program.model import SERIES_NEXT, Literal, Load, Operate, Program, Store
 from ..verification import verified
 from .expressions import Dialect, lines
 from .literal import with_true_pi
@@ -28,7 +27,7 @@ _ARGUMENTS: Final = "(mech_dd t, const mech_dd *y, const mech_dd *u, const mech_
 
 def included(program: Program) -> str:
     """Return the line that includes the header."""
-    function = program.function(NEXT)
+    function = program.function(SERIES_NEXT)
     many = function is not None and function.operations > MANY_OPERATIONS
     return ("#define MECH_DD_CALLED\n" if many else "") + f'#include "{HEADER}"\n'
 
@@ -39,7 +38,7 @@ def with_series(program: Program) -> Program | None:
     if rhs is None or rhs.operations > MOST_OPERATIONS:
         return None
     made = verified(taylor.with_series(program))
-    function = made.function(NEXT)
+    function = made.function(SERIES_NEXT)
     if function is None or function.operations > MOST_OPERATIONS:
         return None
     (body,) = function.bodies
@@ -49,18 +48,18 @@ def with_series(program: Program) -> Program | None:
 
 def expansion(program: Program) -> Iterator[str]:
     """Yield the lines of ``series_next`` in these numbers, and of the function that forms all orders by it."""
-    plan, function = program.series, program.function(NEXT)
+    plan, function = program.series, program.function(SERIES_NEXT)
     assert plan is not None and function is not None
     (body,) = function.bodies
     loads = {(s.array, s.index) for s in body if type(s) is Load}
     names = {(a, i): "t" if a == "t" else f"{a}[{i}]" for a, i in loads}
-    yield f"static void {NEXT}{_ARGUMENTS}"
+    yield f"static void {SERIES_NEXT}{_ARGUMENTS}"
     yield "{"
     yield "    (void)t, (void)y, (void)u, (void)z, (void)p;"
     yield from (f"    {line}" for line in lines(body, _DIALECT, names))
     yield "}\n"
     sizes = (len(program.arrays["y"]), plan.n_slots, plan.n_kept, program.size("p"))
-    yield f"MECH_DD_EXPANSION({EXPAND}, {NEXT}, {', '.join(map(str, sizes))})\n"
+    yield f"MECH_DD_EXPANSION({EXPAND}, {SERIES_NEXT}, {', '.join(map(str, sizes))})\n"
 
 
 def _literal(number: Fraction) -> tuple[str, int]:

@@ -13,7 +13,7 @@ from ..graph.operation import ATOM, COMPARISON, UNARY, Form, form_of
 from ..graph.operations import LOOKUP, OPERATIONS
 from ..program.model import Store
 from .c_tables import lookup
-from .expressions import Dialect, multiple_of_pi
+from .expressions import BranchForm, Dialect, multiple_of_pi
 from .literal import LiteralForm as LiteralForm
 from .literal import constant
 from .sincos_batch import WIDTH
@@ -69,6 +69,19 @@ def _store(statement: Store, expression: str) -> str:
     return f"if (!set[{statement.index}]) {line}" if statement.guarded else line
 
 
+def _room(name: str, given: str, condition: bool) -> str:
+    return f"{'int' if condition else 'mech_real'} {name} = {given};"
+
+
+BRANCH: Final = BranchForm(
+    lambda condition, holds: f"if ({condition}) {{" if holds else f"if (!{condition}) {{",
+    "}",
+    _room,
+    lambda name, expression: f"{name} = {expression};",
+    ("0", "0"),
+    single=True,
+)
+
 DIALECT: Final = Dialect(
     FORMS,
     literal,
@@ -77,6 +90,7 @@ DIALECT: Final = Dialect(
     _store,
     as_condition=Form("{} != 0", COMPARISON, (COMPARISON + 1,), True),
     as_number=Form("(mech_real){}", UNARY, (UNARY + 1,)),
+    branch=BRANCH,
 )
 
 

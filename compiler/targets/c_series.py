@@ -13,12 +13,10 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from ..program.model import Body, Literal, Load, Program, Store, Value
-from ..program.series import LANES, NEXT, padded
+from ..program.model import SERIES_NEXT, Body, Literal, Load, Program, Store, Value
+from ..program.series import LANES, padded
 from .expressions import Dialect, lines
 from .model_data import EXPAND
-
-SERIES_INCLUDED: Final = '#include "series.h"\n'
 
 _HEAD: Final = f"""\
 /* Coefficients of the state from order 2 up to a given one. */
@@ -32,7 +30,7 @@ Side = tuple[str, int]
 
 def expansion(program: Program, dialect: Dialect) -> Iterator[str]:
     """Yield the lines of the function that takes the place of ``series_next``."""
-    plan, function = program.series, program.function(NEXT)
+    plan, function = program.series, program.function(SERIES_NEXT)
     assert plan is not None and function is not None
     (body,) = function.bodies
     ny, slots = len(program.arrays["y"]), padded(plan.n_slots)
@@ -120,7 +118,7 @@ def name_of(side: Side) -> str:
 
 
 def results(body: Body, stored: Mapping[int, Value], ny: int, sides: Collection[Side]) -> Body:
-    """Return a body that gives the rates and, once each, those sides of slots that are no states."""
+    """Return a body that gives the rates and, once each, those sides of slots that are not states."""
     nothing = Literal(Fraction(0))
     return (
         *(nothing if type(s) is Store else s for s in body),

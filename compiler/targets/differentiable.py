@@ -4,24 +4,59 @@ from __future__ import annotations
 
 import inspect
 import keyword
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Final
 
 from msgspec import Struct, field
 from msgspec.structs import replace
 
+from ..graph.operation import Operation, form_of
+from ..graph.operations import LOOKUP, OPERATIONS
 from ..program import Program, ProgramFunction
-from ..program.model import Literal, Load, Operate, Store, operands_of
-from ..program.names import identifiers
-from . import library_forms
+from ..program.model import Literal, Load, Operate, Store, identifiers, operands_of
+from . import python_forms
 from .alone import check_nothing_found
 from .c_tables import FUNCTIONS as TABLE_FUNCTIONS
 from .c_tables import asked_of, questions, used_tables
+from .expressions import Dialect
 from .literal import LiteralForm as LiteralForm
 from .literal import constant
 from .python_forms import table_text
 from .python_text import function_lines, quantities, quoted, string, strings
+
+
+class LibraryForms(Struct, frozen=True):
+    """``functions``: by operation, those of the library, of the common part of its modules, or own ones of Python; all else is written
+    with the signs of Python. ``copied``: own functions of Python that hold for this library, too."""
+
+    dialect: Dialect
+    functions: Mapping[int, str]
+    copied: Mapping[int, python_forms.NamedForm]
+
+
+def _forms(number: str, named: Callable[[Operation], str | None]) -> LibraryForms:
+    """Return the forms of a library. ``number``: what makes a number of it; ``named``: its function for an operation, None where that
+    of Python holds."""
+    rows = [row for row in OPERATIONS if row.arity and row.code != LOOKUP]
+    copied = {row.code: python_forms.FUNCTIONS[row.code] for row in OPERATIONS if named(row) is None}
+    functions = {row.code: named(row) or copied[row.code].name for row in rows if not row.form}
+    forms = {row.code: form_of(row, functions.get(row.code, "").rpartition(".")[2]) for row in rows}
+    dialect = replace(python_forms.DIALECT, forms=forms, number=number, quiet="", branch=None)
+    return LibraryForms(dialect, functions, copied)
+
+
+def _casadi(row: Operation) -> str | None:
+    return None if row.casadi is None else row.casadi or row.name
+
+
+def _jax(row: Operation) -> str | None:
+    return None if row.jax is None else row.jax or (row.array or f"np.{row.name}").removeprefix("np.")
+
+
+CASADI_FORMS: Final = _forms("SX", _casadi)
+JAX_FORMS: Final = _forms("jnp.float64", _jax)
+
 
 EXPORTED: Final = (
     "rhs",
@@ -48,7 +83,7 @@ class DifferentiatingLibrary(Struct, frozen=True):
     """
 
     name: str
-    forms: library_forms.LibraryForms
+    forms: LibraryForms
     imports: tuple[str, ...]
     package: str
     always: tuple[str, ...]
@@ -61,7 +96,7 @@ class DifferentiatingLibrary(Struct, frozen=True):
 
 CASADI: Final = DifferentiatingLibrary(
     "CasADi",
-    library_forms.CASADI,
+    CASADI_FORMS,
     ("from collections.abc import Mapping, Sequence", "{pi}from typing import Any\n"),
     "casadi",
     ("Function", "SX", "reshape", "sumsqr", "vertcat", "vertsplit"),
@@ -81,7 +116,7 @@ CASADI: Final = DifferentiatingLibrary(
 
 JAX: Final = DifferentiatingLibrary(
     "JAX",
-    library_forms.JAX,
+    JAX_FORMS,
     (
         "from collections.abc import Callable, Mapping",
         "from functools import wraps",

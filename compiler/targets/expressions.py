@@ -14,12 +14,30 @@ from msgspec import Struct
 
 from ..graph.operation import ATOM, PRODUCT, UNARY, Form
 from ..graph.operations import ADD, COS, SIN, SUB
-from ..program.model import Body, Literal, Load, Lookup, Operate, Store, Value, operands_of
+from ..program.branches import GuardedPart, GuardedParts
+from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, operands_of
 from .literal import LiteralText
 from .sincos_batch import turn_groups, turn_places
 
+INDENT = "    "
+
 INLINE = 46
 """Longest expression that is written inside another one."""
+
+
+class BranchForm(Struct, frozen=True):
+    """How a branch is written: ``begin`` of (condition, whether it holds), ``end``; before it the line that makes room for a result, of
+    (name, what stands there for now, whether it is a condition), and in it the line that gives it its value.
+
+    ``single``: it is of one number. Then what stands there is that of the other side, and no choice is left after the branch."""
+
+    begin: Callable[[str, bool], str]
+    end: str
+    room: Callable[[str, str, bool], str]
+    result: Callable[[str, str], str]
+    nothing: tuple[str, str]
+    """What stands there for now, of a number and of a condition."""
+    single: bool
 
 
 class Dialect(Struct, frozen=True):
@@ -40,6 +58,8 @@ class Dialect(Struct, frozen=True):
     """What makes a number of Python one of the library, of which a quotient by zero is infinite or undefined, as in C."""
     quiet: str = ""
     """The line above a function that computes such numbers, where the library would warn of them."""
+    branch: BranchForm | None = None
+    """How it leaves out what one side of a choice needs; None: it computes all."""
     turns: Callable[[str, Sequence[str]], Iterator[str]] | None = None
     """The lines that fill an array of a name with sines and cosines of several angles (turns.py)."""
 
@@ -59,19 +79,56 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
     uses, stored = _uses(body)
     values: list[Text] = []
     count = 0
-    groups = turn_groups(body) if dialect.turns else {}
+    form, found = dialect.branch, GuardedParts({}, {})
+    if form is not None:
+        found = GuardedParts.of(body)
+    groups = turn_groups(body, found.edges()) if dialect.turns else {}
     turned: dict[tuple[int, Value], str] = {}
+    for condition in found.conditions():
+        uses[condition] += 1
+    results: dict[Value, str] = {}
+    readers = {a: v for v, s in enumerate(body) for a in operands_of(s)} if found.begins else {}
+    chosen: dict[Value, Text] = {}
+    indent = ""
     for position, statement in enumerate(body):
+        for _ in range(found.ends.get(position, 0)):
+            assert form is not None
+            indent = indent[: -len(INDENT)]
+            if form.end:
+                yield f"{indent}{form.end}"
+        for branch in found.begins.get(position, ()):
+            assert form is not None
+            for result in branch.results:
+                if result in results:
+                    continue
+                count += 1
+                results[result] = f"v{count}"
+                kind = _is_condition(body[result], dialect)
+                given = form.nothing[kind]
+                choice = readers.get(result, 0) if form.single and uses[result] == 1 else 0
+                if choice and (other := _other_side(body[choice], branch)) < position:
+                    given = fitting(values[other], 0, kind, dialect)
+                    chosen[choice] = Text(f"v{count}", ATOM, kind)
+                yield f"{indent}{form.room(f'v{count}', given, kind)}"
+            asked = fitting(values[branch.condition], UNARY, True, dialect)
+            yield f"{indent}{form.begin(asked, branch.holds)}"
+            indent += INDENT
         hint = ""
         if groups and position in groups and dialect.turns:
             array = f"sin_cos_{position}"
             turned = turn_places(array, groups[position])
-            yield from dialect.turns(array, [fitting(values[a], 0, False, dialect) for a in groups[position]])
+            angles = [fitting(values[a], 0, False, dialect) for a in groups[position]]
+            yield from (f"{indent}{line}" for line in dialect.turns(array, angles))
         match statement:
             case Operate():
                 code = statement.code
                 known = turned.get((code, statement.operands[0])) if turned else None
-                value = Text(known, ATOM) if known else _operation(statement, body, values, dialect)
+                value = chosen.get(position) or (
+                    Text(known, ATOM) if known else _operation(statement, body, values, dialect)
+                )
+                if position in chosen and position not in results:
+                    values.append(value)
+                    continue
                 if code == SIN or code == COS:  # noqa: SIM109, the fastest way to ask
                     argument = values[statement.operands[0]]
                     if argument.plain:
@@ -86,7 +143,8 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
                 values.append(Text(*dialect.literal(number)))
                 continue
             case Store(_, _, operand):
-                yield dialect.store(statement, fitting(values[operand], 0, False, dialect))
+                line = dialect.store(statement, fitting(values[operand], 0, False, dialect))
+                yield f"{indent}{line}" if line else ""
                 values.append(_NOTHING)
                 continue
             case Lookup(table, order, operand):
@@ -95,17 +153,32 @@ def lines(body: Body, dialect: Dialect, names: Mapping[tuple[str, int], str]) ->
             case _:
                 assert_never(statement)
         # what is only stored needs no name, however long it is
+        if position in results:
+            assert form is not None
+            yield f"{indent}{form.result(results[position], value.text)}"
+            values.append(Text(results[position], ATOM, value.condition))
+            continue
         long = len(value.text) > INLINE and not stored[position]
         if uses[position] > 1 or long or type(statement) is Load:
             if not hint:
                 count += 1
                 hint = f"v{count}"
-            yield dialect.declare(hint, value.text, value.condition)
+            yield f"{indent}{dialect.declare(hint, value.text, value.condition)}"
             value = Text(hint, ATOM, value.condition)
         values.append(value)
 
 
 _NOTHING = Text("", ATOM)
+
+
+def _other_side(statement: Statement, branch: GuardedPart) -> Value:
+    """Return what a choice between a result of a branch and something else takes on the other side."""
+    _, then, otherwise = operands_of(statement)
+    return otherwise if branch.holds else then
+
+
+def _is_condition(statement: Statement, dialect: Dialect) -> bool:
+    return type(statement) is Operate and dialect.forms[statement.code].condition
 
 
 def _uses(body: Body) -> tuple[list[int], bytearray]:

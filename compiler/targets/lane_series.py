@@ -16,21 +16,21 @@ from mechc.runtime.ensembles.lanes import NoLanes
 
 from ..graph.operations import MUL
 from ..program import Program, ProgramFunction
-from ..program.model import Body, Load, Lookup, Operate, Statement, Store, Value
-from ..program.series import NEXT, START, padded
+from ..program.model import SERIES_NEXT, SERIES_START, Body, Load, Operate, Statement, Store, Value, moved
+from ..program.series import padded
 from .c_series import Side, sides_of
 
 GROUP = 8
 """Slots whose sums of two orders are formed at once: as many as registers hold."""
 
 Sides = tuple[int, int]
-"""Of a slot: where its series stand, in the row of their order; those that are no states stand in the next one."""
+"""Of a slot: where its series stand, in the row of their order; those that are not states stand in the next one."""
 
 
 def series_functions(program: Program) -> tuple[ProgramFunction, ProgramFunction, ProgramFunction, str]:
     """Return ``series_start``, ``series_next`` of doubles and of singles, which write each row once, and the text of sizes and
     sides. Of the parameters, the function of singles has those that it reads. Raises NoLanes."""
-    start, plan, following = program.function(START), program.series, program.function(NEXT)
+    start, plan, following = program.function(SERIES_START), program.series, program.function(SERIES_NEXT)
     if start is None or plan is None or following is None:
         raise NoLanes(program.no_series or "it has no Taylor series")
     ny, behind = len(program.arrays["y"]), padded(plan.n_slots)
@@ -52,8 +52,8 @@ def series_functions(program: Program) -> tuple[ProgramFunction, ProgramFunction
     read = sorted({s.index for s in shorter if type(s) is Load and s.array == "p"})
     places = {index: k for k, index in enumerate(read)}
     narrow = tuple(Load("p", places[s.index]) if type(s) is Load and s.array == "p" else s for s in shorter)
-    doubles = ProgramFunction(f"lane_{NEXT}", following.doc, n_rows, (shorter,))
-    singles = replace(doubles, name=f"single_{NEXT}", bodies=(narrow,))
+    doubles = ProgramFunction(f"lane_{SERIES_NEXT}", following.doc, n_rows, (shorter,))
+    singles = replace(doubles, name=f"single_{SERIES_NEXT}", bodies=(narrow,))
     sizes = {"N_SERIES_KEPT": plan.n_kept, "N_BEHIND": behind, "N_ROWS": n_rows, "N_TAIL_P": len(read)}
     text = [f"#define {name} {size}" for name, size in sizes.items()]
     text += [*_groups([sides[slot] for slot in order]), _table("tail_p", read)]
@@ -68,30 +68,19 @@ def _body(
 
     Of the rates it stores the coefficients of the state that follow from them: ``over`` is the place of what they are times.
     """
-    moved: dict[Value, Value] = {}
+    places: dict[Value, Value] = {}
     out: list[Statement] = []
     for value, statement in enumerate(body):
         if type(statement) is Load and statement.array == "u":
             statement = Load("u", slots.get(statement.index, statement.index))
         if type(statement) is not Store:
-            moved[value] = len(out)
-            out.append(moved_statement(statement, moved))
+            places[value] = len(out)
+            out.append(moved(statement, places))
     out.append(Load("u", over))
     factor = len(out) - 1
     for i, rate in enumerate(rates):
-        out += [Operate(MUL, (moved[rate], factor)), Store("out", i, len(out))]
-    return (*out, *(Store("out", k, moved[value]) for value, k in rows.items()))
-
-
-def moved_statement(statement: Statement, moved: Mapping[Value, Value]) -> Statement:
-    """Return a statement whose operands stand elsewhere."""
-    match statement:
-        case Operate(code, operands):
-            return Operate(code, tuple(moved[a] for a in operands))
-        case Lookup(table, order, operand):
-            return Lookup(table, order, moved[operand])
-        case _:
-            return statement
+        out += [Operate(MUL, (places[rate], factor)), Store("out", i, len(out))]
+    return (*out, *(Store("out", k, places[value]) for value, k in rows.items()))
 
 
 def _groups(sides: Sequence[Sides]) -> Iterator[str]:

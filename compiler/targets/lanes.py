@@ -7,20 +7,25 @@ sums and differences read is fused with them here, so that no compiler decides a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from fractions import Fraction
+from typing import Final
+
+from msgspec import Struct
 
 from mechc.runtime.ensembles.lanes import NoLanes
 
 from ..graph import operations as ops
+from ..graph.operation import Form, form_of
+from ..graph.operations import LOOKUP, OPERATIONS
 from ..graph.table import ELEMENT, question
 from ..program import Program, ProgramFunction
+from ..program.branches import GuardedPart, GuardedParts, mostly_branches
 from ..program.chunk import split
-from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, operands_of
-from . import c_tables
+from ..program.model import Body, Literal, Load, Lookup, Operate, Statement, Store, Value, moved, operands_of
+from . import c_forms, c_tables
 from .c_forms import OWN, literal
-from .lane_forms import BY_LANE, DOUBLES, FORMS, SINGLES, LaneNumbers
-from .lane_series import moved_statement, series_functions
+from .lane_series import series_functions
 from .literal import PI_DIGITS
 
 CHUNK = 400
@@ -118,11 +123,11 @@ def _kept(program: Program, kept: Sequence[tuple[str, int]]) -> ProgramFunction:
         for value in range(len(given) - 1, -1, -1):
             if value in needed:
                 needed.update(operands_of(given[value]))
-        moved: dict[Value, Value] = {}
+        places: dict[Value, Value] = {}
         for value in sorted(needed):
-            moved[value] = len(body)
-            body.append(moved_statement(given[value], moved))
-        where = {index: moved[value] for index, value in stores.items() if value in moved}
+            places[value] = len(body)
+            body.append(moved(given[value], places))
+        where = {index: places[value] for index, value in stores.items() if value in places}
     for k, (array, index) in enumerate(kept):
         if array == "outputs":
             body.append(Store("out", k, where[index]))
@@ -151,7 +156,8 @@ def _tables(program: Program, functions: Sequence[ProgramFunction]) -> Iterator[
 
 
 def _function(function: ProgramFunction, numbers: LaneNumbers) -> Iterator[str]:
-    function = split(function, CHUNK)
+    if numbers is not DOUBLES or not mostly_branches(function):
+        function = split(function, CHUNK)
     name, vector = function.name, numbers.vector
     several = len(function.bodies) > 1
     if not several:
@@ -192,15 +198,35 @@ class _Printer:
         self.names: dict[Value, str] = {}
         self.out: list[str] = []
         self.fusable = _fusable(body)
-        self.turns = _turns(body)
+        self.branches = GuardedParts.of(body) if numbers is DOUBLES else GuardedParts({}, {})
+        self.results = self.branches.results()
+        self.turns = _turns(body, self.branches.edges())
 
     def lines(self) -> list[str]:
         for value, statement in enumerate(self.body):
+            self.out += ["}"] * self.branches.ends.get(value, 0)
+            for branch in self.branches.begins.get(value, ()):
+                self.begin(branch)
             if type(statement) is Store:
                 self.out.append(f"{statement.array}[{statement.index}] = {self.number(statement.value)};")
+            elif value in self.results:
+                self.out.append(f"v{value} = {self.text(value)};")
             elif type(statement) is Lookup or (type(statement) is Operate and value not in self.fusable):
                 self.name(value)
         return self.out
+
+    def begin(self, branch: GuardedPart) -> None:
+        """Begin a branch, which is computed for all members where one needs it."""
+        for value in branch.results:
+            if value not in self.names:
+                zero = "{0}" if self.is_condition(value) else "lane(0)"
+                self.names[value] = f"v{value}"
+                self.out.append(f"{self.kind(value)} v{value} = {zero};")
+        condition = self.condition(branch.condition)
+        self.out.append(f"if (lane_bits({condition if branch.holds else f'~{condition}'})) {{")
+
+    def kind(self, value: Value) -> str:
+        return self.numbers.mask if self.is_condition(value) else self.numbers.vector
 
     def number(self, value: Value) -> str:
         """Return the name of a number; conditions become 0 or 1."""
@@ -222,24 +248,25 @@ class _Printer:
         return self.names[value]
 
     def written(self, value: Value) -> str:
-        statement = self.body[value]
-        match statement:
+        match self.body[value]:
             case Load(array, index):
                 return "t" if array == "t" else f"{array}[{index}]"
             case Literal(number):
                 return f"{self.numbers.name}({literal(number)[0]})"
+            case Operate(_, operands) if value in self.turns:
+                return self.turn(value, operands[0])
+        self.out.append(f"const {self.kind(value)} v{value} = {self.text(value)};")
+        return f"v{value}"
+
+    def text(self, value: Value) -> str:
+        match self.body[value]:
             case Lookup(table, order, operand):
                 asked = f"{order}, " if order < ELEMENT else ""
-                text = f"{question(order)}_{table}({asked}{self.number(operand)})"
+                return f"{question(order)}_{table}({asked}{self.number(operand)})"
             case Operate(code, operands):
-                if value in self.turns:
-                    return self.turn(value, operands[0])
-                text = self.operation(code, operands)
+                return self.operation(code, operands)
             case _:
-                raise AssertionError("a store has no value")
-        kind = self.numbers.mask if self.is_condition(value) else self.numbers.vector
-        self.out.append(f"const {kind} v{value} = {text};")
-        return f"v{value}"
+                raise AssertionError("neither an operation nor a table")
 
     def turn(self, value: Value, operand: Value) -> str:
         """Write sine and cosine of one argument at once; return the one that is asked for."""
@@ -284,8 +311,8 @@ def _fusable(body: Body) -> set[Value]:
     return products & read
 
 
-def _turns(body: Body) -> dict[Value, tuple[Value, Value]]:
-    """Return of each sine, and each cosine, of an argument that has both: the pair of them."""
+def _turns(body: Body, apart: Collection[Value]) -> dict[Value, tuple[Value, Value]]:
+    """Return of each sine, and each cosine, of an argument that has both: the pair of them, where no place of ``apart`` is between."""
     found: dict[tuple[int, Value], Value] = {}
     for value, s in enumerate(body):
         if type(s) is Operate and s.code in (ops.SIN, ops.COS):
@@ -293,6 +320,40 @@ def _turns(body: Body) -> dict[Value, tuple[Value, Value]]:
     pairs: dict[Value, tuple[Value, Value]] = {}
     for (code, operand), value in found.items():
         other = found.get((ops.COS if code == ops.SIN else ops.SIN, operand))
-        if other is not None:
+        if other is not None and not any(min(value, other) < edge <= max(value, other) for edge in apart):
             pairs[value] = (value, other) if code == ops.SIN else (other, value)
     return pairs
+
+
+_LANE_BY_LANE: Final = {1: "LANE_BY_LANE", 2: "LANE_BY_LANE_OF_TWO"}
+
+
+FORMS: Final[Mapping[int, Form]] = {
+    row.code: form_of(
+        row, (row.lanes or "") if isinstance(row.lanes, Form) or row.form else f"lane_{row.lanes or row.name}"
+    )
+    for row in OPERATIONS
+    if row.arity and row.code != LOOKUP
+}
+"""Of operands that are names."""
+
+BY_LANE: Final[Mapping[int, str]] = {
+    row.code: f"{_LANE_BY_LANE[row.arity]}({row.name}, {c_forms.CALLED[row.code]})"
+    for row in OPERATIONS
+    if row.lanes is None
+}
+"""What defines functions of vectors by those of numbers."""
+
+
+class LaneNumbers(Struct, frozen=True):
+    """Vectors of one precision: the types of numbers and of conditions, the function that makes one of a number; the names of all
+    others begin as it."""
+
+    vector: str
+    mask: str
+    name: str
+
+
+DOUBLES: Final = LaneNumbers("V", "M", "lane")
+SINGLES: Final = LaneNumbers("S", "SM", "single")
+"""Of the high orders of a series, of all rooms at once."""

@@ -32,8 +32,7 @@ from mechc.runtime.start.facts import StartFacts, start_facts
 from ..equations.crowd_plan import CrowdPlan, crowd_values
 from ..equations.model import DelayPlan, HybridPlan
 from ..program import Program, ProgramFunction
-from ..program.model import Load
-from ..program.series import NEXT, START
+from ..program.model import SERIES_NEXT, SERIES_START, Load
 
 MODEL_FUNCTIONS: Final = (
     "rhs",
@@ -174,11 +173,13 @@ def model_data(program: Program, expanded: bool) -> StructPointer:
     series = program.series
     if series is not None:
         given = (
-            {"next": None, "expand": FunctionPointer(EXPAND)} if expanded else {"next": FunctionPointer(NEXT)}
+            {"next": None, "expand": FunctionPointer(EXPAND)}
+            if expanded
+            else {"next": FunctionPointer(SERIES_NEXT)}
         )
         sizes = {"n_slots": series.n_slots, "n_kept": series.n_kept}
         fields["series"] = StructPointer(
-            "series", SeriesStruct, {**sizes, "start": FunctionPointer(START), **given}
+            "series", SeriesStruct, {**sizes, "start": FunctionPointer(SERIES_START), **given}
         )
     facts = start_facts(program)
     if facts is not None:

@@ -22,7 +22,6 @@ FUNCTIONS: Final[Mapping[str, tuple[str, ...]]] = {
         "energy",
         "kinetic_energy",
         "potential_energy",
-        "rates_jacobian",
     ),
     "scene": ("scene", "scene_still"),
     "projection": (

@@ -16,8 +16,7 @@ from mechc.runtime.problem import Array, ModelFunction
 
 from ..graph.table import Samples
 from ..program import Program, ProgramFunction
-from ..program.model import Literal, Load, Operate, Store
-from ..program.names import identifiers
+from ..program.model import Literal, Load, Operate, Store, identifiers
 from ..program.series import without_series
 from .alone import check_stands_alone, standing_alone
 from .c_tables import asked_of, questions, used_tables
@@ -64,7 +63,7 @@ def load_arrays(
     own = identifiers(program, _RESERVED)
     text = [*function_lines(program.parameters_function, "p, given", DIALECT, own)]
     for f in program.functions:
-        text += function_lines(f, "t, y, u, z, p", DIALECT, own, program.size("u"))
+        text += function_lines(f, "t, y, u, z, p", DIALECT, own, program.size("u"), program.size("y"))
     exec(compile("\n".join(text), f"<generated: {program.name}>", "exec"), namespace)
 
     def parameters(p: Array, given: NDArray[np.uint8]) -> None:
@@ -108,7 +107,7 @@ def _lines(program: Program, begin: Begin) -> Iterator[str]:
     yield from _tables(program, functions, begin)
     yield from _parameters(program, begin.settings, names)
     for function in functions:
-        yield from function_lines(function, arguments, DIALECT, names, program.size("u"))
+        yield from function_lines(function, arguments, DIALECT, names, program.size("u"), program.size("y"))
     yield from _simulate(program, begin)
 
 

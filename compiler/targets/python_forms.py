@@ -13,7 +13,7 @@ from ..graph.operation import ATOM, COMPARISON, PRODUCT, UNARY, Form, Operation,
 from ..graph.operations import LOOKUP, OPERATIONS
 from ..graph.table import ELEMENT, Samples, Table, question
 from ..program.model import Store
-from .expressions import Dialect, multiple_of_pi
+from .expressions import BranchForm, Dialect, multiple_of_pi
 from .literal import LiteralForm as LiteralForm
 from .literal import constant
 
@@ -100,6 +100,16 @@ def table_text(table: Table | Samples) -> str:
     return f"({table.points!r}, {table.values!r}, {table.slopes!r})"
 
 
+BRANCH: Final = BranchForm(
+    lambda condition, holds: f"if np.any({condition}):" if holds else f"if not np.all({condition}):",
+    "",
+    lambda name, given, condition: f"{name} = {given}",
+    lambda name, expression: f"{name} = {expression}",
+    ("0.0", "False"),
+    single=False,
+)
+"""Of arrays a branch is computed where one number of them needs it."""
+
 DIALECT: Final = Dialect(
     FORMS,
     literal,
@@ -110,4 +120,5 @@ DIALECT: Final = Dialect(
     as_number=Form("1.0 * {}", PRODUCT, (PRODUCT + 1,)),
     number="np.float64",
     quiet='@np.errstate(all="ignore")',
+    branch=BRANCH,
 )

@@ -22,9 +22,10 @@ def function_lines(
     dialect: Dialect,
     identifiers: Mapping[tuple[str, int], str],
     inputs: int = 0,
+    states: int = 0,
 ) -> Iterator[str]:
     """Yield one function; it reads sequences and returns a list. One of ``p, given`` completes p. ``inputs``: how many there
-    are, after which lies what some functions are given."""
+    are, after which lies what some functions are given; ``states``: how many there are."""
     (body,) = function.bodies
     results: dict[int, str] = {}
     completes = arguments == "p, given"
@@ -58,7 +59,10 @@ def function_lines(
     if completes:
         yield "    return p\n\n"
     else:
-        yield from returned([results[i] for i in range(function.n_out)])
+        stays = (
+            f"y[{i}]" if i < states else f"z[{i - states}]" for i in range(function.n_out)
+        )  # in an event
+        yield from returned([results.get(i, place) for i, place in enumerate(stays)])
 
 
 def partial(body: Body) -> bool:

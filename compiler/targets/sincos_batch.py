@@ -7,22 +7,22 @@ as one (``turn_groups``).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 
 from msgspec.structs import replace
 
 from ..graph.operations import ADD, COS, MUL, NEG, SIN, SUB
+from ..program.branches import branches
 from ..program.model import (
     Body,
     Literal,
     Load,
-    Lookup,
     Operate,
     ProgramFunction,
     Statement,
-    Store,
     Value,
     codes_of,
+    moved,
     operands_of,
     places_of,
 )
@@ -45,7 +45,7 @@ def with_turns_ahead(function: ProgramFunction) -> ProgramFunction:
 
 
 def _gathered(body: Body) -> Body:
-    if codes_of(body).isdisjoint((SIN, COS)):
+    if codes_of(body).isdisjoint((SIN, COS)) or branches(body):  # these form only what they need
         return body
     statements = tuple(body)
     angles = _angles(statements)
@@ -54,13 +54,13 @@ def _gathered(body: Body) -> Body:
     return _ordered(statements, [angles[k : k + WIDTH] for k in range(0, len(angles), WIDTH)])
 
 
-def turn_groups(body: Body) -> dict[Value, list[Value]]:
-    """Return the angles of each group, by the place of its first sine or cosine."""
+def turn_groups(body: Body, apart: Collection[Value] = ()) -> dict[Value, list[Value]]:
+    """Return the angles of each group, by the place of its first sine or cosine; none goes beyond a place of ``apart``."""
     found: dict[Value, list[Value]] = {}
     first, angles = 0, list[Value]()
     last = -1
     for value in places_of(body, (SIN, COS)):
-        if value > last + 1:
+        if value > last + 1 or value in apart:
             angles = []
         last = value
         (angle,) = operands_of(body[value])
@@ -135,7 +135,7 @@ def _ordered(body: Body, groups: list[list[Value]]) -> Body:
             pending.pop()
             if last not in place:
                 place[last] = len(out)
-                out.append(_moved(body[last], place))
+                out.append(moved(body[last], place))
 
     def form(group: list[Value]) -> None:
         for angle in group:
@@ -151,17 +151,5 @@ def _ordered(body: Body, groups: list[list[Value]]) -> Body:
                 formed += 1
         elif value not in place:
             place[value] = len(out)
-            out.append(_moved(body[value], place))
+            out.append(moved(body[value], place))
     return tuple(out)
-
-
-def _moved(statement: Statement, place: dict[Value, Value]) -> Statement:
-    if type(statement) is Operate:  # most of them
-        return Operate(statement.code, tuple([place[a] for a in statement.operands]))
-    match statement:
-        case Lookup(table, order, operand):
-            return Lookup(table, order, place[operand])
-        case Store(array, index, value, guarded):
-            return Store(array, index, place[value], guarded)
-        case _:
-            return statement

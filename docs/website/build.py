@@ -8,22 +8,26 @@ Those whose model and mechc have not changed are kept.
 from __future__ import annotations
 
 import argparse
+import gc
 import hashlib
 import html
 import os
+import pydoc
 import re
 import shutil
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 BUILD = ROOT / "build" / "website"
-PAGES, LIVE, DRAWN = BUILD / "pages", BUILD / "live", BUILD / "diagrams"
+PAGES, LIVE, DRAWN, NAMED = BUILD / "pages", BUILD / "live", BUILD / "diagrams", BUILD / "named"
 
 sys.path.insert(0, str(HERE.parent))
 
@@ -34,10 +38,10 @@ from own_installation import require_own_installation  # noqa: E402
 import mechc  # noqa: E402
 from mechc.cli.main import run  # noqa: E402
 from mechc.runtime.native.libtcc import find_libtcc  # noqa: E402
-from mechc.web.write import write_page  # noqa: E402
+from mechc.web.page import run_for_page  # noqa: E402
 from website.links import moved  # noqa: E402
 from website.playground import Mismatch, write_playground  # noqa: E402
-from website.shared import write_live  # noqa: E402
+from website.shared import shared_by, write_live  # noqa: E402
 from website.thumbnails import write_thumbnail  # noqa: E402
 
 HOME = "double_pendulum"
@@ -125,21 +129,37 @@ def write_pages(live: Mapping[str, Path], drawn: Mapping[str, Path] | None = Non
         elif path.is_file():
             shutil.copyfile(path, target)
     (PAGES / "names.md").write_text(NAMES, encoding="utf-8")
+    write_named()
     (PAGES / "decisions" / "README.md").write_text(decisions(), encoding="utf-8")
-    for name in ("website.css", "worker.js"):
+    for name in ("website.css", "tables.js", "worker.js"):
         shutil.copyfile(HERE / name, PAGES / name)
     (PAGES / "diagrams").mkdir()
     for name, path in drawn.items():
         shutil.copyfile(path, PAGES / "diagrams" / f"{name}.svg")
     (PAGES / "live").mkdir()
+    shared: set[str] = set()
     for name, page in live.items():
         target = PAGES / "live" / f"{name}{page.suffix}"
         for picture in thumbnails(page):
             shutil.copyfile(picture, target.with_suffix(picture.suffix))
+        shutil.copyfile(page, target)
         if page.suffix == ".html":
-            write_live(page, target)
-        else:
-            shutil.copyfile(page, target)
+            shared |= shared_by(page.read_text(encoding="utf-8"))
+    for script in shared:
+        shutil.copyfile(LIVE / script, PAGES / "live" / script)
+
+
+def write_named() -> None:
+    """Write the modules of what names.md names, and of its bases, alone: mkdocstrings reads all of the package that it is given."""
+    shutil.rmtree(NAMED, ignore_errors=True)
+    found = [pydoc.locate(name) for name in re.findall(r"^::: (\S+)$", NAMES, re.M)]
+    classes = [one for of in found for one in (of.__mro__ if isinstance(of, type) else (of,))]
+    modules = {one.__module__ for one in classes if one.__module__.startswith("mechc.")}
+    for module in sorted(modules):
+        place = Path(*module.split("."))
+        for file in (*(folder / "__init__.py" for folder in place.parents[:-1]), place.with_suffix(".py")):
+            (NAMED / file).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copyfile(ROOT / file, NAMED / file)
 
 
 def add_playground() -> None:
@@ -236,7 +256,31 @@ def example_page(path: Path, live: Mapping[str, Path]) -> str:
     return "\n".join([*lines, f'```mech title="{path.name}"', text.rstrip("\n"), "```", ""])
 
 
-def make_live(examples: Sequence[Path]) -> dict[str, Path]:
+Each = Callable[[Callable[..., Any], Sequence[Any]], Iterator[Any]]
+"""A function of each of some arguments, in their order."""
+
+
+@contextmanager
+def workers() -> Iterator[Each]:
+    """Work in as many processes as there are processors; the first argument is for this one, so that they find all imported."""
+    pools: list[ProcessPoolExecutor] = []
+
+    def each(work: Callable[..., Any], arguments: Sequence[Any]) -> Iterator[Any]:
+        for argument in arguments[:1]:
+            yield work(argument)
+        if not pools:
+            gc.disable()  # a tenth of the time; what the examples leave is some 100 MB in each process
+            pools.append(ProcessPoolExecutor(os.cpu_count()))
+        yield from pools[0].map(work, arguments[1:])
+
+    try:
+        yield each
+    finally:
+        for pool in pools:
+            pool.shutdown()
+
+
+def make_live(examples: Sequence[Path], each: Each) -> dict[str, Path]:
     """Return the moving page of each example, of a curve its picture, made where it is not there yet."""
     LIVE.mkdir(parents=True, exist_ok=True)
     state = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(_sources()))).digest()
@@ -246,30 +290,29 @@ def make_live(examples: Sequence[Path]) -> dict[str, Path]:
     made: dict[str, Path] = {}
     if find_libtcc() is not None:  # the run after a page is over before better code pays
         os.environ.setdefault("CC", "libtcc")
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for name, (page, said) in zip(names, pool.map(_made, examples, pages), strict=True):
-            if page is None:
-                print(f"no moving page of {name}: {said}")
-            else:
-                made[name] = page
+    for name, (page, said) in zip(names, each(_made, [*zip(examples, pages, strict=True)]), strict=True):
+        if page is None:
+            print(f"no moving page of {name}: {said}")
+        else:
+            made[name] = page
     return made
 
 
-def make_diagrams() -> dict[str, Path]:
+def make_diagrams(each: Each) -> dict[str, Path]:
     """Return the diagram of each part of the library, made where it is not there yet."""
     DRAWN.mkdir(parents=True, exist_ok=True)
     by = [*_sources(), HERE.parent / "diagrams.py", *(ROOT / "mechc" / "presentation").glob("*.py")]
     key = hashlib.sha256(b"".join(p.read_bytes() for p in sorted(by))).hexdigest()[:16]
     made = {name: DRAWN / f"{name}-{key}.svg" for name in diagrams.parts()}
     missing = [name for name, path in made.items() if not path.exists()]
-    with ProcessPoolExecutor(os.cpu_count()) as pool:
-        for name, svg in zip(missing, pool.map(diagrams.drawn, missing), strict=True):
-            made[name].write_text(svg, encoding="utf-8", newline="\n")
+    for name, svg in zip(missing, each(diagrams.drawn, missing), strict=True):
+        made[name].write_text(svg, encoding="utf-8", newline="\n")
     return made
 
 
-def _made(example: Path, page: Path) -> tuple[Path | None, str]:
+def _made(asked: tuple[Path, Path]) -> tuple[Path | None, str]:
     """Write the page of an example, or the picture of a curve, which does not move; return it, or why there is none."""
+    example, page = asked
     picture = page.with_suffix(".png")
     if page.exists() or picture.exists():
         return (page if page.exists() else picture), ""
@@ -278,17 +321,17 @@ def _made(example: Path, page: Path) -> tuple[Path | None, str]:
         run(["run", str(example), "-q", "--plot", str(picture)])
         return (picture if picture.exists() else None), "it has no picture"
     try:
-        solution = model.simulate()
-        assert isinstance(solution, mechc.Solution)
-        write_thumbnail(solution, page.with_suffix(".webp"))
-        return write_page(model, page), ""
+        facts = run_for_page(model, {}, None, {"estimate_error": False})
+        write_thumbnail(facts.solution, page.with_suffix(".webp"))
+        write_live(facts, page)
+        return page, ""
     except (mechc.UsageMistake, mechc.SimulationError) as error:
         return None, str(error)
 
 
 def _sources() -> list[Path]:
     """Return what a page is made by: a change in it makes all of them again."""
-    folders = ("lang", "compiler", "runtime", "stdlib", "mechc/web")
+    folders = ("lang", "compiler", "runtime", "stdlib", "mechc/web", "docs/website")
     return [
         p
         for f in folders
@@ -308,7 +351,8 @@ def main(arguments: Sequence[str]) -> int:
     begun = time.monotonic()
     examples = [ROOT / p for p in tracked("examples") if p.suffix == ".mech"]
     chosen = [] if asked.no_live else [e for e in examples if not asked.examples or e.stem in asked.examples]
-    write_pages(make_live(chosen), {} if asked.no_live else make_diagrams())
+    with workers() as each:
+        write_pages(make_live(chosen, each), {} if asked.no_live else make_diagrams(each))
     if not asked.no_live:
         add_playground()
     print(f"pages written after {time.monotonic() - begun:.0f} s")

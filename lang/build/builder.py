@@ -96,7 +96,7 @@ def plain_type(b: Builder, type: str | ast.Expression, what: str) -> str:
         return type
     b.reporter.error(
         "E0110",
-        f"'typeof' is no type of {what}",
+        f"'typeof' is not a type of {what}",
         type.span,
         help="it stands before parameters, coordinates, states, inputs, outputs, discrete variables and 'let'",
     )

@@ -193,7 +193,7 @@ class _Lexer:
     def foreign(self, start: int, end: int) -> int:
         sign = self.text[start:end]
         replacement, help = _FOREIGN[sign]
-        self.error("E0121", f"'{sign}' is no sign of this language", start, end, help=help)
+        self.error("E0121", f"'{sign}' is not a sign of this language", start, end, help=help)
         last = self.tokens[-1] if self.tokens else None
         if sign in "\u00b2\u00b3" and last and last.kind in ("QUANTITY", "UNITTAG") and last.end == start:
             power = "".join(text for _, text in replacement)
@@ -203,7 +203,7 @@ class _Lexer:
         return end
 
     def mend(self, start: int) -> int:
-        """Report what is no token, read it as what was probably meant, and return where to go on."""
+        """Report what is not a token, read it as what was probably meant, and return where to go on."""
         text = self.text
         if text.startswith('"', start):
             return self.unclosed_string(start)
@@ -255,7 +255,7 @@ class _Lexer:
         end = start + 1 + len(content)
         help = "a text begins and ends with '\"' on one line"
         self.error(
-            "E0107", "a text is not closed", start, end, caption="no '\"' up to the end of line", help=help
+            "E0107", "a text is not closed", start, end, caption="no closing '\"' on this line", help=help
         )
         self.tokens.append(Token("STRING", '"' + content.replace("\\", "") + '"', start, end))
         return end

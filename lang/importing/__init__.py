@@ -7,6 +7,6 @@ that what is written is a model by construction.
 """
 
 from .importing import READERS, Imported, imported
-from .wishes import Wishes
+from .writing import Wishes
 
 __all__ = ["READERS", "Imported", "Wishes", "imported"]

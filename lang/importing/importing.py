@@ -14,8 +14,7 @@ from ..printing.printer import format_file
 from ..source import SourceFile
 from .mjcf import read_mjcf
 from .urdf import read_urdf
-from .wishes import Wishes
-from .writing import Parts, Writer
+from .writing import Parts, Wishes, Writer
 from .xml import NotRead, XmlElement, read_xml
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from .wishes import Wishes
+from .writing import Wishes
 
 DRAWN = (".stl", ".obj", ".dae", ".glb")
 

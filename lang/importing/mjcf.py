@@ -15,11 +15,11 @@ from .mjcf_actuators import Actuators
 from .mjcf_contacts import Contacts
 from .mjcf_file import BALL, FREE, HINGE, UNITS, MjcfFile, signed, within
 from .touching import SHAPES, SWITCH
-from .wishes import Wishes
 from .writing import (
     Matrix,
     Parts,
     Vector,
+    Wishes,
     Writer,
     each_axis,
     in_axes,
@@ -125,7 +125,7 @@ class _Robot:
             )
             self.writer.gap()
             say("if stops then\n" + "\n".join(self.stops) + "\nend if;")
-            self.writer.leave_out("joints move beyond their ranges, but with stops = true", 0)
+            self.writer.leave_out("the ends of joint ranges, unless stops = true", 0)
         if self.meshes.drawn:
             self.writer.statements.insert(at, "draw none;")
         self._rest()
@@ -147,7 +147,7 @@ class _Robot:
             self.writer.gap()
             self.writer.say(statements)
             self.writer.leave_out(
-                "nothing touches anything, but with contacts = true; contacts are rigid then, and those of MuJoCo give way",
+                "contacts, unless contacts = true; they are rigid then, where those of MuJoCo give way",
                 0,
             )
         return contacts.touching.used()

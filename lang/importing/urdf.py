@@ -10,11 +10,11 @@ import math
 
 from .meshes import Meshes
 from .touching import SHAPES, SWITCH, Touching
-from .wishes import Wishes
 from .writing import (
     Matrix,
     Parts,
     Vector,
+    Wishes,
     Writer,
     each_axis,
     eigenvalues,
@@ -120,7 +120,12 @@ class _Robot:
         if self.meshes.drawn:
             self.writer.statements.insert(at, "draw none;")
         if self.stops:
-            self.writer.leave_out("joints move beyond their ranges, but with stops = true", 0)
+            self.writer.leave_out("the ends of joint ranges, unless stops = true", 0)
+        if self.moved_by and not any(_inertial(link) for link in self.links.values()):
+            self.writer.leave_out(
+                "masses: no link has one, and nothing moves before bodies have some, or formulas take the place of joint angles",
+                self.robot.line,
+            )
         for what, line in self.robot.unseen():
             self.writer.leave_out(what, line)
         self.writer.copies = self.meshes.copies
@@ -150,7 +155,7 @@ class _Robot:
         self.writer.say(self.touching.statements(friction))
         for line in carried:
             self.writer.leave_out(
-                "nothing touches anything, but with contacts = true the floor z = 0, with a friction of 1",
+                "contacts, unless contacts = true; it brings those with the floor z = 0, with a friction of 1",
                 line,
             )
 
@@ -426,7 +431,7 @@ class _Robot:
         self.moved_by[given] = coordinate, moves
         if limit is not None and (effort or speed):
             self.writer.leave_out(
-                "the largest efforts and speeds stand in the text, but nothing holds them", limit.line
+                "limits of effort and speed; the text states them, but nothing enforces them", limit.line
             )
         bounds = (
             f"(min = {quantity(-effort, strength)}, max = {quantity(effort, strength)})" if effort else ""

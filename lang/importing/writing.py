@@ -7,6 +7,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from msgspec import Struct
+
 from ..builtins import BUILTINS
 from ..grammar.keywords import KEYWORDS
 
@@ -165,3 +167,15 @@ def eigenvalues(J: Matrix) -> tuple[float, float, float]:
     high = mean + 2 * size * math.cos(angle)
     low = mean + 2 * size * math.cos(angle + 2 * math.pi / 3)
     return low, 3 * mean - high - low, high
+
+
+class Wishes(Struct, frozen=True):
+    """``source``: the file; ``folder``: where the model will stand. ``packages``: folders of ROS packages, or folders that hold
+    some. ``floating``: whether the root moves freely. ``meshes``: linked where they lie, copied beside the model, or not drawn.
+    """
+
+    source: Path
+    folder: Path
+    packages: tuple[Path, ...] = ()
+    floating: bool = False
+    meshes: str = "link"

@@ -68,7 +68,7 @@ class XmlElement(Struct):
         except ValueError:
             found = ()
         if not found or any(value != value or abs(value) == float("inf") for value in found):
-            raise NotRead(f"'{name}' of '{self.tag}' is '{text}', which is no number", self.line)
+            raise NotRead(f"'{name}' of '{self.tag}' is '{text}', which is not a number", self.line)
         return found
 
     def unseen(self) -> Iterator[tuple[str, int]]:
@@ -103,5 +103,5 @@ def read_xml(text: str) -> XmlElement:
     try:
         parser.Parse(text, True)
     except expat.ExpatError as error:
-        raise NotRead(f"the file is no XML: {expat.ErrorString(error.code)}", error.lineno) from None
+        raise NotRead(f"the file is not an XML: {expat.ErrorString(error.code)}", error.lineno) from None
     return top.children[0]

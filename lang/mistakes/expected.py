@@ -45,8 +45,10 @@ def unexpected(s: Situation) -> Finding:
 
 
 def _example(s: Situation) -> str:
-    """Return how a statement is written whose head is wrong; empty where it is not known which one is meant, or further on."""
-    known = s.is_keyword(s.first) and s.first < s.index <= s.first + 2
+    """Return how a statement is written whose head is wrong; empty where it is not known which one is meant, or behind its first words."""
+    if "BACKWARD" in s.expected:
+        return "a friction of two sides has both limits: 'friction forward 2 N backward 1 N on x;'"
+    known = s.is_keyword(s.first) and s.first < s.index <= s.first + 3
     return (
         f"write it like this: '{WORDS[word][0]}'"
         if known and (word := s.tokens[s.first].text) in WORDS

@@ -16,7 +16,7 @@ from ..grammar.keywords import ACTIONS, KEYWORDS, RESERVED, STATEMENTS
 from ..grammar.lexer import Token
 from ..grammar.tables import END
 from ..source import Span
-from ..units import NAMED_TYPES, suggest_unit, unit_end
+from ..units import NAMED_TYPES, TEMPERATURES, suggest_unit, unit_end
 from .expected import OPERATORS, Finding, error, unexpected
 from .recovery import Panic, Situation, TokenEdit
 
@@ -286,7 +286,7 @@ def block_in_when(s: Situation) -> Finding | None:
     help = "put the choice into the value, 'n := if c then a else n;', or into a 'when' of its own"
     if word == "for":
         help = "put the 'for' around the 'when'"
-    problem = error("E0110", f"'{word}' is no action of a 'when'", s.span(s.token), help=help)
+    problem = error("E0110", f"'{word}' is not an action of a 'when'", s.span(s.token), help=help)
     open_blocks = 0
     for index in range(s.index, len(s.tokens) - 2):
         if s.tokens[index].text == word and s.tokens[index - 1].text in (";", "then", "else", "loop"):
@@ -403,7 +403,7 @@ def _inverse_unit(s: Situation, before: Token, token: Token) -> str:
 
 
 def unknown_unit(s: Situation) -> Finding | None:
-    """A word after a number, a brace or a parenthesis that is no unit."""
+    """A word after a number, a brace or a parenthesis that is not a unit."""
     before, token = s.previous, s.token
     if before and before.kind == "NUMBER" and token.text == "in" and not s.accepts("IN"):
         help = f"write '{before.text} inch'"
@@ -440,5 +440,9 @@ def unknown_unit(s: Situation) -> Finding | None:
     help = f"did you mean '{meant}'?" if meant else ""
     if before.kind == "NUMBER" and not meant:
         help = f"a product with a variable is written '{before.text}*{token.text}'"
+    if token.text.casefold() in TEMPERATURES:
+        help = "temperatures are written in K"
+        if before.kind == "NUMBER" and "c" in token.text.casefold():
+            help += f": {float(before.text) + 273.15:.10g} K, and a difference is {before.text} K"
     problem = error("E0112", f"unknown unit '{token.text}'", s.span(token), help=help)
     return problem, TokenEdit(delete=index - s.index + 1)

@@ -116,7 +116,7 @@ def _clauses(s: Simple) -> list[Doc]:
             return _with_options(clauses + _clause("along", s.along), s.options)
         case ast.ContactOfShapes():
             clauses = _labelled("contact", s.label, s.of)
-            clauses.append(Unbroken(("with ", ", ".join(flat(document(o)) for o in s.others))))
+            clauses.append(Bracketed("with ", tuple(document(o) for o in s.others), ""))
             clauses += _clause("friction", s.friction) + _clause("restitution", s.restitution)
             return _with_options(clauses, s.options)
         case ast.Shape():

@@ -31,9 +31,11 @@ def _list(ctx: click.Context, parameter: click.Parameter, text: str | None) -> t
     "--methods",
     metavar="A,B",
     callback=_list,
-    help="Methods of the kernel; all that the model allows without it.",
+    help="Methods of the kernel (default: all that the model allows).",
 )
-@click.option("--tolerances", metavar="A,B", callback=_list, help="1e-3 to 1e-14 without it.")
+@click.option(
+    "--tolerances", metavar="A,B", callback=_list, help="Tolerances to measure (default: 1e-3 to 1e-14)."
+)
 @click.option(
     "--against",
     metavar="A,B",

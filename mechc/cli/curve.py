@@ -90,8 +90,7 @@ def _print(found: Curves, display: Display | None, *, first: bool) -> None:
 
 
 def _write(found: Curves, given: dict[str, Any], file: str, addition: str, display: Display | None) -> None:
-    from ..requests.pairs import chosen_pairs
-    from ..requests.question import chosen_names, names_in
+    from ..requests.question import chosen_names, chosen_pairs, names_in
 
     every = [s for solutions in found.solutions for s in solutions]
     for i, solution in enumerate(every, start=1):

@@ -52,40 +52,42 @@ def ensemble_options(command: Callable[..., Any]) -> Callable[..., Any]:
             metavar='"max(A), B"',
             help="What to keep of each of many runs: final, max, min, mean, rms, first(A < B), events(), lyapunov(time); a formula alone over time.",
         ),
-        click.option("--samples", metavar="N", help="Members that are drawn at random."),
-        click.option("--seed", metavar="N", help="Number from which random values follow; 1 without it."),
+        click.option("--samples", metavar="N", help="Number of random members."),
+        click.option("--seed", metavar="N", help="Seed of the random numbers (default: 1)."),
         click.option("--sampling", metavar="NAME", help="plain, latin or sobol."),
         click.option(
             "--covariance", metavar='"{{A, B}, {B, C}}"', help="Covariance of normal distributions, in SI."
         ),
         click.option(
-            "--errors", metavar="all|none|SHARE", help="Members whose error is estimated; 0.05 without it."
+            "--errors",
+            metavar="all|none|SHARE",
+            help="Members whose error is estimated: all, none or a share (default: 0.05).",
         ),
-        click.option("--threads", metavar="N", help="Threads of many runs; all processors without it."),
+        click.option("--threads", metavar="N", help="Threads of many runs (default: all processors)."),
         click.option(
             "--lanes",
             metavar="auto|on|off",
-            help="Many runs side by side in vectors; auto takes them from 1000 members on.",
+            help="Run members side by side in vectors; auto does so from 1000 members on.",
         ),
         click.option(
             "--device",
             metavar="opencl[:NAME]",
-            help="Many runs on a device, one in each work item; 'pip install mechc[gpu]' reaches it.",
+            help="Run members on a device, one per work item; needs 'pip install mechc[gpu]'.",
         ),
-        click.option("--time-limit", metavar="TIME", help="How long a member may take; it fails then."),
+        click.option(
+            "--time-limit", metavar="TIME", help="Longest wall-clock time of a member; a longer one fails."
+        ),
         click.option(
             "--workers",
             metavar="N",
-            help="Processes of a Dask cluster on this machine that make the members.",
+            help="Number of Dask worker processes to start on this machine.",
         ),
         click.option(
             "--cluster",
             metavar="ADDRESS",
-            help="Dask scheduler whose workers make the members, tcp://HOST:8786.",
+            help="Dask scheduler whose workers run the members: tcp://HOST:8786.",
         ),
-        click.option(
-            "--resume", is_flag=True, help="Go on with many runs that were interrupted, into the same file."
-        ),
+        click.option("--resume", is_flag=True, help="Continue an interrupted ensemble into the same file."),
     ]
     for option in reversed(options):
         command = option(command)

@@ -36,8 +36,7 @@ DIRECTIVE = re.compile(r"(run|compile): -|without: (compiler|ziglang)$")
 def command(
     what: str, model: str | None, settings: dict[str, str], target: Code | None, as_json: bool
 ) -> None:
-    """Explain CODE, such as E0301, with an example; or, for MODEL.mech, which form of the equations was
-    chosen, what is needed and what was left out, why, and what that saved against --keep-all."""
+    """Explain CODE, such as E0301, with an example; or, for MODEL.mech, which form of the equations was chosen, what is needed, what was left out and why, and how much that saved compared with --keep-all."""
     if code := CODE.fullmatch(what):
         click.echo(page(f"{code[1].upper()}{code[2]:0>4}"))
         return

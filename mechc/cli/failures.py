@@ -145,7 +145,7 @@ def show_compile_error(error: BaseException) -> None:
 
 
 def write_to_nobody() -> None:
-    """Let standard output go nowhere: whoever read it has left (``mechc ... | head``), which is no error of ours."""
+    """Let standard output go nowhere: whoever read it has left (``mechc ... | head``), which is not an error of ours."""
     os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

@@ -62,7 +62,7 @@ def show_motion(solution: Solution, file: str, addition: str, given: dict[str, A
             times = [float(part) for part in given["snapshot"].split(",")]
         except ValueError:
             raise UsageMistake(
-                f"'{given['snapshot']}' is no list of times", "as in --snapshot 0,0.5,1, in seconds"
+                f"'{given['snapshot']}' is not a list of times", "as in --snapshot 0,0.5,1, in seconds"
             ) from None
         written.append(beside(f"{Path(file).stem}_snapshot.png", addition))
         snapshot(solution, written[-1], times)

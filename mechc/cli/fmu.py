@@ -24,7 +24,7 @@ memory_option = click.option(
     type=click.FloatRange(min=0, min_open=True),
     default=MEMORY,
     metavar="GB",
-    help=f"Memory that the library may use; {MEMORY:g} GB without it.",
+    help=f"Memory that the library may use (default: {MEMORY:g} GB).",
 )
 
 
@@ -35,7 +35,7 @@ def seconds_option(what: str, default: float) -> Callable[[F], F]:
         type=click.FloatRange(min=0, min_open=True),
         default=default,
         metavar="NUMBER",
-        help=f"Longest time of {what}; {default:g} s without it.",
+        help=f"Longest time of {what} (default: {default:g} s).",
     )
 
 
@@ -45,7 +45,7 @@ COLUMNS = 6
 
 @click.group(name="fmu", short_help="Check or run a Functional Mock-up Unit.")
 def command() -> None:
-    """Check or run a Functional Mock-up Unit, of this compiler or of another tool."""
+    """Check or run a Functional Mock-up Unit made by mechc or another tool."""
 
 
 @command.command(cls=Command, name="check", short_help="Check FMUs: by rule, binary and results.")
@@ -61,8 +61,7 @@ def check(files: tuple[str, ...], run: bool, seconds: float, memory: float) -> i
     A file is simulated in each of its kinds. Reference results are looked for in documentation/reference.csv
     and extra/org.fmi-standard.fmi-ls-ref/. The exit code is 1 if anything is wrong.
 
-    The library in a file is a program of whoever made it. It is loaded, also with --no-run, in a process of its own,
-    bounded in time and memory, but with your rights.
+    The library in an FMU is a program of its author. It is loaded, even with --no-run, in a separate process that is limited in time and memory but has your permissions.
     """
     from pathlib import Path
 

@@ -27,7 +27,7 @@ def _of_a_model(ctx: click.Context, parameter: click.Parameter, value: str | Non
     "--output",
     metavar="FILE.mech",
     callback=_of_a_model,
-    help="Where to write it; without it beside you, under the name of FILE, where no file is overwritten.",
+    help="Where to write it (default: the current folder, under the name of FILE, without overwriting a file).",
 )
 @click.option(
     "--package",

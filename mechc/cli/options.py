@@ -48,7 +48,7 @@ class Compiling(Command):
     """A command that compiles C, and tells people at a terminal so where they have to wait for it."""
 
     def invoke(self, ctx: click.Context) -> Any:
-        from ..presentation.building import building
+        from ..presentation.progress import building
 
         asked = ctx.params
         silent = asked.get("quiet") or asked.get("as_json") or asked.get("json_file") == "-"
@@ -160,7 +160,7 @@ OTHER_FILES = (
     ".html",
     ".mech",
 )
-"""Endings that are no names of quantities."""
+"""Endings that are not names of quantities."""
 
 
 def asked_plots(
@@ -198,7 +198,7 @@ def model_argument(function: F) -> F:
 
 def model_option(function: F) -> F:
     return click.option(
-        "--model", metavar="NAME", help="Which model of the file, if not the last that can be run."
+        "--model", metavar="NAME", help="Which model of the file (default: the last that can be run)."
     )(function)
 
 
@@ -220,26 +220,26 @@ def input_option(function: F) -> F:
         click.option(
             "--columns",
             metavar='"HEAD = NAME, ..."',
-            help='What columns of tables are, where their heads say other things: "Kraft [kN] = force, Zeit = time".',
+            help='Names for columns of tables whose headers differ: "Kraft [kN] = force, Zeit = time".',
             **_READING_OPTION,
         ),
         click.option(
             "--skip",
             type=click.IntRange(min=0),
             metavar="N",
-            help="Leave out this many lines at the top of tables.",
+            help="Skip this many lines at the top of tables.",
             **_READING_OPTION,
         ),
         click.option(
             "--separator",
             metavar="SIGN",
-            help="What separates columns of tables, if that is not to be recognised: , ; | tab blank.",
+            help="Separator of columns in tables (default: detected): , ; | tab blank.",
             **_READING_OPTION,
         ),
         click.option(
             "--decimal",
             metavar="SIGN",
-            help="What stands before decimals in tables: . or ,",
+            help="Decimal separator in tables: . or ,",
             **_READING_OPTION,
         ),
     ]
@@ -251,7 +251,7 @@ def input_option(function: F) -> F:
         metavar="NAME=FILE.csv",
         multiple=True,
         callback=_input_files,
-        help="Drive an input by a table with a column of the time. May be repeated.",
+        help="Drive an input by a table with a time column. May be repeated.",
     )(function)
 
 
@@ -260,7 +260,7 @@ _READING_OPTION: dict[str, Any] = {"is_eager": True, "expose_value": False, "cal
 
 def keep_all_option(function: F) -> F:
     return click.option(
-        "--keep-all", is_flag=True, help="Build what the equations do not need as well, for comparison."
+        "--keep-all", is_flag=True, help="Also build parts that the equations do not need, for comparison."
     )(function)
 
 
@@ -278,7 +278,7 @@ def verify_option(function: F) -> F:
         is_flag=True,
         expose_value=False,
         callback=_verify,
-        help="Also verify what each stage of the compiler makes: a search for bugs of mechc.",
+        help="Verify the result of each compiler stage, to find bugs of mechc.",
     )(function)
 
 

@@ -23,7 +23,7 @@ DOCUMENTS = (".html", ".pdf")
 @click.option("--experiment", metavar="NAME", help="Whose settings are used (default: the first).")
 @click.option("--stop", metavar="TIME", help='When to stop: "10 s", "2 min"; a bare number is seconds.')
 @click.option(
-    "--tolerance", type=float, metavar="NUMBER", help="Relative tolerance of a step; 1e-8 without it."
+    "--tolerance", type=float, metavar="NUMBER", help="Relative tolerance of a step (default: 1e-8)."
 )
 @click.option("--method", metavar="NAME", help="Method of integration, as for 'mechc run'.")
 @click.option(
@@ -31,7 +31,7 @@ DOCUMENTS = (".html", ".pdf")
     "--output",
     metavar="FILE.html|pdf",
     callback=ending(DOCUMENTS, "reports"),
-    help="Where it is written; MODEL.html without it.",
+    help="File for the report (default: MODEL.html).",
 )
 def command(
     file: str,

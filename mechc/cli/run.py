@@ -53,7 +53,7 @@ if TYPE_CHECKING:
 @click.option("--every", metavar="TIME", help="Spacing of the output, instead of 500 points.")
 @click.option("--step", metavar="TIME", help="Step of a fixed-step method.")
 @click.option(
-    "--tolerance", type=float, metavar="NUMBER", help="Relative tolerance of a step; 1e-8 without it."
+    "--tolerance", type=float, metavar="NUMBER", help="Relative tolerance of a step (default: 1e-8)."
 )
 @click.option(
     "--method",
@@ -71,17 +71,17 @@ if TYPE_CHECKING:
 @click.option(
     "--streamed",
     is_flag=True,
-    help="Write the results while the run goes on, and keep none of its points in memory.",
+    help="Write results during the run, and keep no points in memory.",
 )
 @click.option(
     "--sensitivity",
     metavar="A,B",
-    help="Differentiate the motion in these parameters, initial values and inputs.",
+    help="Differentiate the motion with respect to these parameters, initial values and inputs.",
 )
 @click.option(
     "--condition",
     is_flag=True,
-    help="Tell how small changes of the start grow, and until when the figures can be trusted.",
+    help="Report how small changes of the start grow, and until when the results can be trusted.",
 )
 @click.option(
     "--constants",
@@ -91,7 +91,7 @@ if TYPE_CHECKING:
 @click.option(
     "--outputs",
     metavar="A,B",
-    help="Which quantities to write and draw, and whose derivatives to list; all without it. The report always shows them.",
+    help="Quantities to write and draw, and whose derivatives to list (default: all). The report always shows them.",
 )
 @click.option(
     "--plot",
@@ -118,13 +118,13 @@ if TYPE_CHECKING:
 @click.option(
     "--display",
     metavar="DEG,MM",
-    help="Units to show results in, and to write them in; files are in SI without it.",
+    help="Units in which results are shown and written (default in files: SI).",
 )
-@click.option("--no-error-estimate", is_flag=True, help="Leave out the second run that estimates the error.")
+@click.option("--no-error-estimate", is_flag=True, help="Skip the second run, which estimates the error.")
 @click.option(
-    "--all", "every_curve", is_flag=True, help="Of a model of a curve: look for further stationary curves."
+    "--all", "every_curve", is_flag=True, help="For a model of a curve: search for further stationary curves."
 )
-@click.option("--reproducible", is_flag=True, help="The same bits on every machine.")
+@click.option("--reproducible", is_flag=True, help="Make results bit-for-bit the same on every machine.")
 @ensemble_options
 @keep_all_option
 @verify_option
@@ -133,8 +133,7 @@ if TYPE_CHECKING:
     "--json", "as_json", is_flag=True, help="Print the report as one JSON object, and nothing else."
 )
 def command(file: str, **given: Any) -> int:
-    """Run MODEL.mech: compile it, follow its motion, and report how it ended, what it cost, and how
-    accurate it is.
+    """Compile MODEL.mech, simulate it, and report how the run ended, what it cost, and how accurate it is.
 
     \b
     mechc run pendulum.mech --plot
@@ -307,8 +306,7 @@ def _chosen_outputs(model: Model, text: str | None, *, pairs: bool = False) -> l
     """Return the names asked for; a vector's name stands for its elements. ``pairs``: ``a:b`` may stand among them."""
     if text is None:
         return []
-    from ..requests.pairs import chosen_pairs
-    from ..requests.question import chosen_names, names_in
+    from ..requests.question import chosen_names, chosen_pairs, names_in
 
     equations = model.compilation.equations
     discretes = (entry for entry in equations.discretes if entry.kind != "mode")

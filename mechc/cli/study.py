@@ -115,11 +115,11 @@ class Question(Compiling):
     cls=Studies, name="study", no_args_is_help=True, short_help="Put one of the known questions to a model."
 )
 def command() -> None:
-    """Put a question to a model.
+    """Ask a question about a model.
 
     \b
     mechc study virial kepler.mech --stop 200 --plot averages.png
-    mechc study swing.mech                # the studies that the file states, all of them or those named
+    mechc study swing.mech                # the studies defined in the file, all or those named
     """
 
 
@@ -247,7 +247,7 @@ def _write_columns(arrays: Mapping[str, Any], path: Path) -> None:
     lengths = {name: len(array) for name, array in arrays.items() if array.ndim in (1, 2)}
     if len(lengths) < len(arrays) or len(set(lengths.values())) != 1:
         raise UsageMistake(
-            f"the arrays of this answer are no columns of one table: '{path}'",
+            f"the arrays of this answer are not columns of one table: '{path}'",
             "write them to a file .npz or .mat",
         )
     columns = [

@@ -17,16 +17,18 @@ from .options import Compiling, input_option, model_argument, model_option, no_m
 @model_option
 @set_option
 @input_option
-@click.option("--experiment", metavar="NAME", help="Whose settings are shown (default: the first).")
+@click.option(
+    "--experiment", metavar="NAME", help="Experiment whose settings are shown (default: the first)."
+)
 @click.option(
     "-o",
     "--output",
     metavar="FILE",
     callback=no_model,
-    help="Where the page is written; a temporary file without it.",
+    help="File for the page (default: a temporary file).",
 )
-@click.option("--recorded", is_flag=True, help="One motion instead of the model: no sliders.")
-@click.option("--no-open", is_flag=True, help="Write the page, and open nothing.")
+@click.option("--recorded", is_flag=True, help="Record one motion instead of the model, without sliders.")
+@click.option("--no-open", is_flag=True, help="Write the page without opening it.")
 def command(
     file: str,
     model: str | None,
@@ -37,7 +39,7 @@ def command(
     recorded: bool,
     no_open: bool,
 ) -> None:
-    """Show MODEL.mech move: picture, curves and phase portrait, sliders that integrate again, energy and estimated error.
+    """Show MODEL.mech in motion: picture, curves, phase portrait, energy, estimated error, and sliders that rerun the model.
 
     The page is one file that needs no network and no server; ``mechc compile --target web`` writes the same one.
 

@@ -33,7 +33,6 @@ MOST_STATES, MOST_LINES = 12, 60
 """Up to which the equations of motion are written; of more they take pages, and of many states minutes."""
 PLACES = 4
 """Positions in the picture of the motion."""
-DPI = 160
 
 
 class Load(Struct, frozen=True):
@@ -123,7 +122,7 @@ def _result(solution: Solution, loads: Sequence[Load], command: str) -> Iterator
         rows.append(("reason", solution.message))
     if loads:
         first = loads[0]
-        size = f"{number(first.largest)} {first.unit}, {first.quantity} of {first.place}"
+        size = f"{number(first.largest)} {first.unit}, {first.place} ({first.quantity})"
         rows.append(("largest load", f"{size}, at {number(first.time)}{time}"))
     accuracy = solution.accuracy
     if accuracy.error is not None:

@@ -10,8 +10,8 @@ from typing import Any, assert_never
 from ..requests.parse_values import UsageMistake
 from .blocks import Block, Document, Heading, MovingPage, Paragraph, Picture, Preformatted, Rows
 
-WIDTH, HIGHEST = 17.0, 14.0
-"""Centimetres between the margins of an A4 page, and of a picture."""
+WIDTH, HIGHEST, LOWER = 17.0, 14.0, 7.5
+"""Centimetres between the margins of an A4 page, of a picture, and of one that another one follows, so that a page holds both."""
 LETTERS = 102
 """Of the type of preformatted text in a line; longer lines go on below, after two blanks."""
 
@@ -31,10 +31,16 @@ def write(document: Document, path: Path) -> None:
     )  # fmt: skip
     setter = _Setter()
     story = setter.title(document)
-    for block, following in zip(document.blocks, (*document.blocks[1:], None), strict=True):
+    blocks = [*document.blocks, None, None]
+    for block, following, later in zip(document.blocks, blocks[1:], blocks[2:], strict=False):
         if isinstance(block, Heading):
-            story.append(CondPageBreak((HIGHEST + 3 if isinstance(following, Picture) else 4) * cm))
-        story += setter.block(block)
+            room = (
+                3 + (LOWER if isinstance(later, Picture) else HIGHEST)
+                if isinstance(following, Picture)
+                else 4
+            )
+            story.append(CondPageBreak(room * cm))
+        story += setter.block(block, LOWER if isinstance(following, Picture) else HIGHEST)
     template.build(story, onFirstPage=_footer, onLaterPages=_footer)
 
 
@@ -93,7 +99,7 @@ class _Setter:
 
         return [Words(escape(document.title), self.head), Words(escape(document.subtitle), self.small)]
 
-    def block(self, block: Block) -> list[Any]:
+    def block(self, block: Block, highest: float) -> list[Any]:
         from reportlab.platypus import Paragraph as Words
         from reportlab.platypus import XPreformatted
 
@@ -107,7 +113,7 @@ class _Setter:
             case Rows():
                 return [self._table(block)]
             case Picture():
-                return self._picture(block)
+                return self._picture(block, highest)
             case MovingPage():
                 return []
             case _:
@@ -133,14 +139,14 @@ class _Setter:
             rows, widths, style=TableStyle(lines), hAlign="LEFT", repeatRows=bool(block.head), spaceAfter=6
         )
 
-    def _picture(self, block: Picture) -> list[Any]:
+    def _picture(self, block: Picture, highest: float) -> list[Any]:
         from reportlab.lib.units import cm
         from reportlab.lib.utils import ImageReader
         from reportlab.platypus import Image, KeepTogether
         from reportlab.platypus import Paragraph as Words
 
         wide, high = ImageReader(BytesIO(block.png)).getSize()
-        scale = min(WIDTH * cm / wide, HIGHEST * cm / high)
+        scale = min(WIDTH * cm / wide, highest * cm / high)
         image = Image(BytesIO(block.png), wide * scale, high * scale)
         return [KeepTogether([image, Words(escape(block.caption), self.small)])]
 

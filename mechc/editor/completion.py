@@ -20,8 +20,8 @@ from ..lang.grammar.keywords import DEFINITIONS, EXPRESSIONS, STATEMENTS, STEPS
 from ..lang.source import SourceFile, Span
 from ..lang.units import NAMED_TYPES, UNIT_NAMES
 from .document import Document, class_of, declarations
-from .paths import code_before
-from .steps import function_at, locals_at
+from .names import function_at, locals_at
+from .pieces import code_before
 
 if TYPE_CHECKING:
     from ..runtime.studies.table import Kind

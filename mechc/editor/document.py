@@ -196,7 +196,7 @@ class Document:
         return mine[before - 1] if before and offset < mine[before - 1][0].span.end else None
 
     def type_of(self, declaration: ast.Declaration, namespace: Namespace) -> Class | None:
-        """Return the model that a component is of; None for what is no component, and for unknown ones."""
+        """Return the model that a component is of; None for what is not a component, and for unknown ones."""
         if not isinstance(declaration, ast.Component):
             return None
         key = (id(namespace), declaration.type)

@@ -17,7 +17,7 @@ from ..lang.printing.printer import format_file
 from ..lang.source import Span
 from .document import Document, region_of
 from .names import Word, is_library, meaning, word_at
-from .paths import names
+from .pieces import names
 
 _NAME = re.compile(r"[A-Za-z_]\w*")
 _MEANT = re.compile(r"did you mean '([^']+)'")

@@ -14,7 +14,6 @@ from typing import Any
 
 import msgspec
 
-from ..compiler.equations.compliance import COMPLIANCE
 from ..compiler.targets.wasm.link import Linked
 from ..display import Display, choose
 from ..exporting import refuse_driving_inputs
@@ -25,7 +24,7 @@ from ..presentation.extents import Errors, Extents
 from ..presentation.render import render, render_failed
 from ..presentation.run_failure import render_error
 from ..requests.parse_values import UsageMistake
-from ..runtime.interface import interface_of
+from ..runtime.interface import COMPLIANCE, interface_of
 from ..runtime.limits_of_time import no_stop
 from ..runtime.methods import KERNEL_METHODS, check_step, unknown_method
 from ..runtime.native.status import NEEDS
@@ -156,7 +155,7 @@ def facts_before_run(model: CompiledModel, method: str = "") -> PageFacts:
 
 def _found(problem: Problem, run: Mapping[str, Any]) -> RunFigures:
     """Read what a run has found: ``p``, ``y0``, ``u``, ``nominal``; ``low`` and ``high`` of states and outputs; ``errors`` of states
-    and the ``largest`` of them, None where they are unknown. None stands for what is no finite number."""
+    and the ``largest`` of them, None where they are unknown. None stands for what is not a finite number."""
     columns = (*problem.states, *problem.outputs)
     ends = {
         q.name: (_number(a), _number(b)) for q, a, b in zip(columns, run["low"], run["high"], strict=True)

@@ -71,7 +71,7 @@ def _call(text: str) -> _Call | None:
             inside = (tuple(reversed(current)), *arguments)
             return _Call(_words_before(parts[max(0, k - 12) : k]), inside)
         elif sign in _OPEN:
-            arguments, current = [], []  # an array is no call: what holds it is
+            arguments, current = [], []  # an array is not a call: what holds it is
             continue
         elif sign == ";" and not depth:
             return None

@@ -7,7 +7,7 @@ from msgspec import Struct
 from ..lang import ast
 from .document import Document, region_of
 from .names import Meaning, Word, meaning
-from .paths import names
+from .pieces import names
 
 KINDS = ("class", "type", "function", "parameter", "variable", "property")
 """Names of the protocol; members after a dot, and what a component is given, are properties."""

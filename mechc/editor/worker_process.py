@@ -55,7 +55,7 @@ class WorkerProcess:
                 raise
 
     async def _running(self) -> Process:
-        """Begin the process, and wait until it can answer; that is no part of the time of an answer."""
+        """Begin the process, and wait until it can answer; that is not a part of the time of an answer."""
         if self._process is None or self._process.returncode is not None:
             self._process = await asyncio.create_subprocess_exec(
                 sys.executable, "-m", "mechc.editor.worker_main", stdin=PIPE, stdout=PIPE, limit=2**24

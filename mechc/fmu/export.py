@@ -97,7 +97,7 @@ def _places(model: CompiledModel, output: Path | None, options: FmuOptions) -> l
         if place.is_dir():
             raise _unwritable(place, "it is a folder")
         if not folder.is_dir():
-            raise _unwritable(place, f"{folder} is no folder")
+            raise _unwritable(place, f"{folder} is not a folder")
         if not os.access(folder, os.W_OK | os.X_OK):
             raise _unwritable(place, f"the folder {folder} may not be written")
     return places

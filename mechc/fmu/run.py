@@ -24,10 +24,9 @@ from ..runtime.integrate.trajectory import Statistics
 from ..runtime.interface import Quantity
 from ..runtime.outcome import Outcome, SimulationError
 from ..runtime.problem import Array, Problem
-from ..runtime.results.accuracy import Accuracy
+from ..runtime.results.accuracy import Accuracy, Judged, Verdict
 from ..runtime.results.evaluate import Columns
 from ..runtime.results.solution import Motion
-from ..runtime.results.verdict import Judged, Verdict
 from ..solution import Solution
 from .guard import Limits, LostProcess, guarded
 
@@ -93,13 +92,13 @@ def simulated(order: Order) -> Simulated:
     path = order.path
     unfit = archive_findings(path)
     if unfit:
-        raise UsageMistake(f"{path} is no FMU that can be unpacked: {unfit[0].text}")
+        raise UsageMistake(f"{path} is not an FMU that can be unpacked: {unfit[0].text}")
     try:
         description = fmpy.read_model_description(str(path), validate=False)
         kinds = kinds_of(description)
         problem = _problem(description)
     except Exception as error:  # fmpy raises plain exceptions of many kinds for a file that is wrong
-        raise UsageMistake(f"{path} is no FMU: {error}", "'mechc fmu check' says more") from None
+        raise UsageMistake(f"{path} is not an FMU: {error}", "'mechc fmu check' says more") from None
     chosen = order.kind or ("cs" if "cs" in kinds else kinds[0] if kinds else "")
     if chosen not in kinds:
         raise UsageMistake(
@@ -152,7 +151,7 @@ def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any
         if name not in known:
             raise unknown_name("input", name, known)
         if known[name].type not in ("Real", "Float32", "Float64") or known[name].dimensions:
-            raise UsageMistake(f"'{name}' is no single real number, so no table drives it")
+            raise UsageMistake(f"'{name}' is not a single real number, so no table drives it")
 
         def convert(column: str, unit: str, own: str = known[name].unit or "1") -> float:
             try:
@@ -160,7 +159,7 @@ def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any
                 return factor_of("", column, "s" if column == "time" else own, unit) / there
             except UnitError:
                 raise SimulationError(
-                    f"the file has '{column}' in {own}, which is no unit that is known"
+                    f"the file has '{column}' in {own}, which is not a unit that is known"
                 ) from None
             except UsageMistake as mistake:
                 raise SimulationError(mistake.message, help=mistake.help) from None

@@ -11,7 +11,7 @@ import numpy as np
 from msgspec import Struct, to_builtins
 from msgspec.structs import replace
 
-from ..compiler.equations.compliance import SINGULAR
+from ..compiler.equations.model import SINGULAR
 from ..curves import check_motion
 from ..exporting import exported_run
 from ..presentation.numbers import duration
@@ -20,7 +20,7 @@ from ..runtime.functions import load_functions
 from ..runtime.integrate.choose_method import check_name
 from ..runtime.integrate.kernel_run import run_kernel
 from ..runtime.integrate.nominal_run import nominal_of
-from ..runtime.integrate.solver_options import SolverOptions
+from ..runtime.integrate.solver import SolverOptions
 from ..runtime.methods import KERNEL_METHODS, parts_for
 from ..runtime.outcome import SimulationError
 from ..runtime.reference.high_precision import (

@@ -20,7 +20,7 @@ from ..presentation.style import PLAIN, Style, pad, width
 from ..runtime.case import input_values
 from ..runtime.native import contract
 from ..runtime.outcome import time_text
-from .needed_by import derived_lines, line_of, lines, told
+from .needed_by import derived_lines, extent, line_of, lines, resting
 from .savings import default_case
 
 if TYPE_CHECKING:
@@ -78,17 +78,9 @@ def as_run(model: CompiledModel) -> AsRun:
         line = _stiffest(made)
         reasons["jacobian"] = f"the run is stiff{since}, and its implicit method works on it{line}"
         if model.method(None):
-            said = _line_of_experiment(model)
-            reasons["jacobian"] = (
-                f"the experiment says the method '{model.method(None)}', which works on it{said}"
-            )
+            reasons["jacobian"] = f"the experiment says the method '{model.method(None)}', which works on it"
     known = {name: why for name, why in reasons.items() if name in PARTS}
     return AsRun(made.keeping({*made.compilation.parts, *known}), words, known)
-
-
-def _line_of_experiment(model: CompiledModel) -> str:
-    experiments = model.compilation.flat.experiments
-    return f": {told(experiments[0].origin)}" if experiments else ""
 
 
 def _stiffest(model: CompiledModel) -> str:
@@ -141,13 +133,17 @@ def explanation(
 
 
 def _reason(choice: Choice, model: CompiledModel, ran: AsRun | None) -> str:
-    """Say why, with the line of the model that needs it."""
+    """Say why, with the line of the model that decides it; else with all its lines."""
     reason = choice.reason if ran is None else ran.reasons.get(choice.part, choice.reason)
-    if choice.decision == "left out" or not choice.fact:
+    if ": line " in reason:
         return reason
-    line = lines(model.compilation.flat).get(choice.fact)
-    line = line or derived_lines(model.compilation.equations).get(choice.fact)
-    return f"{reason}: {line}" if line else reason
+    flat, equations = model.compilation.flat, model.compilation.equations
+    if choice.part:
+        line = resting(flat).get(choice.part)
+    else:
+        line = (lines(flat) | derived_lines(equations)).get(choice.fact)
+        line = line if choice.decision != "left out" else None
+    return f"{reason}: {line or extent(flat)}"
 
 
 def summary(model: CompiledModel, saved: Savings | None = None, ran: AsRun | None = None) -> dict[str, Any]:
@@ -172,10 +168,14 @@ def summary(model: CompiledModel, saved: Savings | None = None, ran: AsRun | Non
     if saved is not None:
         found |= {
             "target": saved.target,
-            "lean": to_builtins(saved.lean),
-            "keep_all": to_builtins(saved.everything),
+            "lean": _as_data(saved.lean),
+            "keep_all": _as_data(saved.everything),
         }
     return found
+
+
+def _as_data(cost: Cost) -> dict[str, Any]:
+    return {**to_builtins(cost), "nanoseconds": cost.nanoseconds, "interval": cost.interval}
 
 
 def _counts(model: CompiledModel) -> list[tuple[int, str]]:
@@ -219,15 +219,27 @@ def _said(saved: Savings, choice: Choice) -> str:
     if choice.part in FUNCTIONS:
         names = FUNCTIONS[choice.part]
         texts.append(f"the function{'s' if len(names) > 1 else ''} {', '.join(names)}")
-    texts.append(plural(int(more["operations"] or 0), "operation"))
+    count, each = more["operations"], more["evaluation"]
+    within = f", {abs(each)}{_sign(each)} in each evaluation" if each else ""
+    texts.append(f"{plural(abs(count), 'operation')}{_sign(count)}{within}")
     if more["size"] is not None:
-        more_or_less = " more" if more["size"] < 0 else ""  # it is longer without
-        texts.append(f"{abs(int(more['size']))} {SIZES[saved.target]}{more_or_less}")
+        texts.append(f"{abs(more['size'])} {SIZES[saved.target]}{_sign(more['size'])}")
     if more["nanoseconds"] is not None:
-        low, high = more["interval"]
-        told = f"{more['nanoseconds']:.1f} ns an evaluation ({low:.1f} to {high:.1f})"
-        texts.append(told if low > 0 else "in time below what can be measured")
+        texts.append(_time(more["nanoseconds"], *more["interval"]))
     return f"{'costs' if choice.decision == 'kept' else 'saves'} {'; '.join(texts)}"
+
+
+def _sign(saved: float) -> str:
+    """Say where the build without is the one that has more."""
+    return " more" if saved < 0 else ""
+
+
+def _time(median: float, low: float, high: float) -> str:
+    """Give a time and its interval, which reaches from zero where the sign is not known."""
+    if low <= 0 <= high:
+        return f"less than {max(-low, high):.1f} ns an evaluation"
+    near, far = sorted((abs(low), abs(high)))
+    return f"{abs(median):.1f} ns an evaluation{_sign(median)} ({near:.1f} to {far:.1f})"
 
 
 def _totals(saved: Savings, style: Style) -> list[str]:
@@ -238,12 +250,14 @@ def _totals(saved: Savings, style: Style) -> list[str]:
         ("operations, all functions", lean.operations, everything.operations),
         ("operations of the right-hand side", lean.evaluation, everything.evaluation),
         (SIZES[saved.target], lean.size, everything.size),
-        ("ns an evaluation, median, all told", lean.nanoseconds, everything.nanoseconds),
+        ("ns an evaluation, all told", lean.nanoseconds, everything.nanoseconds),
+        ("  from", lean.interval and lean.interval[0], everything.interval and everything.interval[0]),
+        ("  to", lean.interval and lean.interval[1], everything.interval and everything.interval[1]),
     ):
         if a is None or b is None:
             continue
-        ratio = f"{a / b:.2f}" if b else "-"
-        rows.append(f"  {words:<34} {a:>10.4g} {b:>10.4g}  {ratio:>5}" if isinstance(a, float) else
+        ratio = "" if words[0] == " " else f"{a / b:.2f}" if b else "-"
+        rows.append(f"  {words:<34} {a:>10.4g} {b:>10.4g}  {ratio:>5}".rstrip() if isinstance(a, float) else
                     f"  {words:<34} {a:>10} {b:>10}  {ratio:>5}")  # fmt: skip
     return rows
 

@@ -99,7 +99,7 @@ def _seen(base: Base) -> Seen:
 
 
 def _solved_for(base: Base) -> list[str]:
-    """List the coordinates that a balance without mass gives, and that are no states: those of a twin may be others."""
+    """List the coordinates that a balance without mass gives, and that are not states: those of a twin may be others."""
     known = {q.name for q in base.plan.case.problem.states}
     moving = [v for v in base.model.compilation.flat.variables if v.role is Role.COORDINATE]
     named = [element_name(v.name, index) for v in moving for index in subscripts(v.type.shape)]

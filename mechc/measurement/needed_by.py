@@ -21,7 +21,7 @@ def lines(flat: FlatModel) -> dict[str, str]:
     for fact, origins in _statements(flat):
         first = next(iter(origins), None)
         if first is not None:
-            found[fact] = told(first)
+            found[fact] = told(first, flat)
     return found
 
 
@@ -33,17 +33,34 @@ def derived_lines(equations: Equations) -> dict[str, str]:
     return {fact: f"line {o.line}: {o.text.strip()}" for fact, origins in found.items() for o in origins[:1]}
 
 
+def resting(flat: FlatModel) -> dict[str, str]:
+    """Return for each part that may be built or not the line that decides, where one line does."""
+    asked = [told(experiment.origin, flat) for experiment in flat.experiments]
+    found = dict.fromkeys(("jacobian", "momenta", "series", "contact_steps"), asked)
+    found["structure"] = [line for fact, line in lines(flat).items() if fact == "inertia"]
+    found["constants"] = [told(v.origin, flat) for v in flat.variables if v.role is Role.PARAMETER]
+    return {part: rows[0] for part, rows in found.items() if rows}
+
+
 def line_of(flat: FlatModel, state: str) -> str | None:
     """Return the line that declares a state, or the coordinate whose rate it is."""
     name = re.split(r"[\[(]", state.removeprefix("der("))[0].rstrip(")")
-    return next((told(v.origin) for v in flat.variables if v.name.partition("[")[0] == name), None)
+    return next((told(v.origin, flat) for v in flat.variables if v.name.partition("[")[0] == name), None)
 
 
-def told(origin: Origin) -> str:
-    """Say where a statement stands, and its first line: in the model, not inside a library."""
-    span = origin.shown
+def told(origin: Origin, flat: FlatModel) -> str:
+    """Say where a statement stands, and its first line: in the model, not inside a library; of another file also its name."""
+    span, own = origin.shown, flat.origin.span.file
     number, _ = span.file.position(span.start)
-    return f"line {number}: {span.file.line(number).strip()}"
+    elsewhere = f" of {span.file.name}" if span.file != own else ""
+    return f"line {number}{elsewhere}: {span.file.line(number).strip()}"
+
+
+def extent(flat: FlatModel) -> str:
+    """Say where the whole model stands: what it lacks is in none of its lines."""
+    span = flat.origin.span
+    (first, _), (last, _) = span.file.position(span.start), span.file.position(span.end)
+    return f"lines {first} to {last}" if last > first else f"line {first}"
 
 
 def _statements(flat: FlatModel) -> Iterator[tuple[str, Iterable[Origin]]]:
@@ -62,6 +79,8 @@ def _statements(flat: FlatModel) -> Iterator[tuple[str, Iterable[Origin]]]:
         *(d.origin for d in flat.definitions),
         *(e.origin for e in flat.energies),
         *(m.origin for m in flat.masses),
+        *(i.origin for i in flat.inertias),
+        *(damping.origin for damping in flat.dampings),
         *loads,
         *drives,
         *(c.origin for c in flat.constraints),
@@ -87,6 +106,7 @@ def _statements(flat: FlatModel) -> Iterator[tuple[str, Iterable[Origin]]]:
     yield "rotations", [*(v.origin for v in flat.variables if v.type.kind is Kind.ROTATION), *joints]
     yield "constraints", [*(c.origin for c in flat.constraints), *closing, *hitting]
     yield "events", [*happening, *hitting, *saying(SWITCHES)]
+    yield "delays", saying(re.compile(r"\bdelay\b"))
     yield "modes", [*hitting, *(c.origin for c in flat.constraints)]
     yield "inputs", variables[Role.INPUT]
     yield "tables", saying(re.compile(r"\btable\b"))

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
+import math
+import os
 import statistics
 import struct
+import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal
@@ -17,24 +21,36 @@ from msgspec.structs import replace
 from ..compiler.equations.needs import EVERYTHING
 from ..runtime.case import SimulationOptions, prepare
 from ..runtime.functions import load_functions
+from ..runtime.integrate.solver import Solver
+from ..runtime.native.kernel import kernel_for
 from ..runtime.outcome import SimulationError
+from ..watchdog import Crashed, Hung, Watchdog
 
 if TYPE_CHECKING:
     from ..model import CompiledModel
     from ..runtime.case import Case
     from ..runtime.problem import Problem
 
+    _Question = tuple[dict[str, Case], int, float]
+
 Code = Literal["c", "python", "fmu", "web"]
 
 STEPS = 400
-REPEATS = 21
-"""Rounds in which all builds are timed, one after the other: what else the machine does meets all of them."""
-PAUSE = 0.04
-"""Seconds between two rounds: a processor is slower or faster for a tenth of a second at a time, and the interval is to hold both."""
-WITHIN = 1
-"""How many of the smallest and largest of so many differences lie outside the interval."""
-SHORTEST = 3
-"""Runs of which a round takes the shortest."""
+"""Steps of a timed run: so short a run is seldom interrupted."""
+OPERATIONS = 100_000
+"""Of a right-hand side times steps, at most: large models take fewer steps."""
+PROCESSES = 5
+"""In which all builds are timed, one after the other, as in some a small model is slower by a quarter throughout: the interval is without
+the smallest and the largest difference."""
+SECONDS = 0.8
+"""Of timing in each process. Beside other work on the same core code is slower by a third or more, on one processor for up to 3 s on a
+busy machine; on several in turns some runs have the core to themselves, and the shortest ones count."""
+PATIENCE = 120.0
+"""Seconds that such a process may take."""
+RUNS = 3
+"""Of one build in its turn: the first finds others' code in the caches."""
+MARGIN = 0.01
+"""Of the interval on both sides, relative to the longest evaluation: the same code differed by 0.7 % between processes."""
 SHARE = 1e-4
 """Length of the measured steps over that of the experiment: short, so that no motion runs away in them."""
 SQUARE = frozenset({"jacobian", "momenta", "structure"})
@@ -51,22 +67,35 @@ _OWN = (".text", ".rodata", ".data.rel.ro", ".data")
 
 class Cost(Struct, frozen=True):
     """``operations`` of all functions together, ``evaluation`` those of one right-hand side; ``size`` in bytes of the
-    compiled code, or of the text or file that the target is; ``nanoseconds`` of processor time of one evaluation with its share of
-    all that a step does beside: the median of ``rounds``. None: not measured."""
+    compiled code, or of the text or file that the target is; ``processes``: least nanoseconds of processor time of one evaluation, with its
+    share of all that a step does beside, in each of several processes. None, empty: not measured."""
 
     operations: int
     evaluation: int
     size: int | None = None
-    nanoseconds: float | None = None
-    rounds: tuple[float, ...] = ()
+    processes: tuple[float, ...] = ()
+
+    @property
+    def nanoseconds(self) -> float | None:
+        return statistics.median(self.processes) if self.processes else None
+
+    @property
+    def interval(self) -> tuple[float, float] | None:
+        """What holds ``nanoseconds`` in other processes too."""
+        return _interval(self.processes, MARGIN * max(self.processes)) if self.processes else None
 
     def beyond(self, other: Cost) -> tuple[float, float, float] | None:
-        """Return by how many nanoseconds this is slower than another cost that was timed in the same rounds: the median, and the
-        interval that holds it. None where one of them was not timed."""
-        if not self.rounds or len(self.rounds) != len(other.rounds):
+        """Return by how many nanoseconds this is slower than another cost that was timed in the same processes: the median, and the
+        interval that holds it in other processes too. None where one of them was not timed."""
+        if not self.processes or len(self.processes) != len(other.processes):
             return None
-        apart = sorted(a - b for a, b in zip(self.rounds, other.rounds, strict=True))
-        return statistics.median(apart), apart[WITHIN], apart[-1 - WITHIN]
+        apart = [a - b for a, b in zip(self.processes, other.processes, strict=True)]
+        return statistics.median(apart), *_interval(apart, MARGIN * max(*self.processes, *other.processes))
+
+
+def _interval(found: Sequence[float], margin: float) -> tuple[float, float]:
+    low, high = sorted(found)[1], sorted(found)[-2]
+    return low - margin, high + margin
 
 
 class Savings(Struct, frozen=True):
@@ -102,22 +131,61 @@ def costs_of(
 
 
 def _timed(builds: Mapping[str, CompiledModel], costs: Mapping[str, Cost]) -> dict[str, Cost]:
-    """Time all builds in turns: by the compiled code; others are measured by their size alone."""
-    cases = {n: default_case(build.problem()) for n, build in builds.items() if costs[n].size is not None}
-    rounds: dict[str, list[float]] = {name: [] for name, case in cases.items() if case is not None}
-    for k in range(REPEATS):
-        time.sleep(PAUSE if k and rounds else 0.0)
-        for name, times in rounds.items():
-            case = cases[name]
-            assert case is not None
-            step = (case.stop - case.begin) * SHARE
-            times.append(min(_by_kernel(case, step) for _ in range(SHORTEST)))
+    """Time all builds in turns, in several processes."""
+    problems = {name: build.problem() for name, build in builds.items() if costs[name].size is not None}
+    cases = {name: case for name, problem in problems.items() if (case := default_case(problem))}
+    heaviest = max((costs[name].evaluation for name in cases), default=0)
+    steps = max(5, min(STEPS, OPERATIONS // max(heaviest, 1)))
+    found = [_in_a_process(cases, steps) for _ in range(PROCESSES if cases else 0)]
     return {
-        name: replace(cost, nanoseconds=statistics.median(taken), rounds=tuple(taken))
-        if (taken := rounds.get(name))
-        else cost
+        name: replace(cost, processes=tuple(least[name] for least in found)) if name in cases else cost
         for name, cost in costs.items()
     }
+
+
+def _in_a_process(cases: Mapping[str, Case], steps: int) -> dict[str, float]:
+    """Find the least times in a process of its own, whose memory lies elsewhere. Raises SimulationError."""
+    alone = {"parameters_function": None, "tangents": None, "adjoints": None}
+    sent = {
+        name: replace(case, functions=None, assembled=None, problem=replace(case.problem, **alone))
+        for name, case in cases.items()
+    }
+    process: Watchdog[_Question, dict[str, float]] = Watchdog(_timer)
+    with process:
+        found = process.ask((sent, steps, SECONDS), PATIENCE)
+    match found:
+        case Crashed(how):
+            raise SimulationError(f"the process that times the model failed: {how}")
+        case Hung(seconds):
+            raise SimulationError(f"the process that times the model takes longer than {seconds:g} s")
+    return found
+
+
+def _timer() -> Callable[[_Question], dict[str, float]]:
+    def answer(question: _Question) -> dict[str, float]:
+        sent, steps, seconds = question
+        cases = {n: replace(case, functions=load_functions(case.problem)) for n, case in sent.items()}
+        return least_times(cases, steps, seconds)
+
+    return answer
+
+
+def least_times(cases: Mapping[str, Case], steps: int, seconds: float) -> dict[str, float]:
+    """Return the nanoseconds of the shortest run of each, as they run in turns, on one processor after another where the
+    system lets a program choose."""
+    least = dict.fromkeys(cases, math.inf)
+    own = os.sched_getaffinity(0) if sys.platform == "linux" else {0}
+    end = time.perf_counter() + seconds
+    for processor in itertools.cycle(sorted(own)):
+        if sys.platform == "linux":
+            os.sched_setaffinity(0, {processor})
+        for name, case in cases.items():
+            least[name] = min(least[name], *(_by_kernel(case, steps) for _ in range(RUNS)))
+        if time.perf_counter() > end:
+            break
+    if sys.platform == "linux":
+        os.sched_setaffinity(0, own)
+    return least
 
 
 def cost(model: CompiledModel, target: Code = "c", measured: bool = True) -> Cost:
@@ -153,19 +221,14 @@ def default_case(problem: Problem) -> Case | None:
     return None
 
 
-def _by_kernel(case: Case, step: float) -> float:
-    """Steps of the classical Runge-Kutta method: the same ones in every build."""
-    from ..runtime.integrate.kernel_run import run_kernel
-    from ..runtime.integrate.solver_options import SolverOptions
-
-    short = replace(case, stop=case.begin + (STEPS + 1) * step, grid=np.array([case.begin]), method="rk4")
-    options = SolverOptions("rk4", case.tolerance, np.ones(case.problem.ny), step, max_steps=STEPS)
-    begun = time.thread_time()
-    done = run_kernel(short, options).statistics
-    taken = min(
-        done.run_time, time.thread_time() - begun
-    )  # by the clock, and by the processor's with what is around it
-    return taken / max(done.evaluations, 1) * 1e9
+def _by_kernel(case: Case, steps: int) -> float:
+    """Return the nanoseconds of an evaluation in steps of the classical Runge-Kutta method: the same ones in every build."""
+    step = (case.stop - case.begin) * SHARE
+    kernel = kernel_for(case.functions.struct, method="rk4")
+    with Solver(kernel, case, "rk4", case.tolerance, np.ones(case.problem.ny), step) as solver:
+        solver.advance(case.stop, steps)
+        done = solver.progress()
+        return done.seconds / max(done.evaluations, 1) * 1e9
 
 
 def _page_size(model: CompiledModel) -> int:

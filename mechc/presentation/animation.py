@@ -92,19 +92,19 @@ def frames_of(painter: Painter) -> Iterator[Any]:
     canvas: Any = FigureCanvasAgg(painter.figure)
     painter.prepare()
     canvas.draw()
-    ground = canvas.copy_from_bbox(painter.figure.bbox)
-    axes.set_axis_off()
-    axes.patch.set_visible(False)
+    ground, renderer = canvas.copy_from_bbox(painter.figure.bbox), canvas.get_renderer()
     still = set(axes.get_children())
     for k, time in enumerate(painter.times):
         canvas.restore_region(ground)
+        painter.strokes.clear()
         painter.paint(k, clear=False)
-        if not painter.bare:
-            painter.tell(f"{time:.3g}")
-        axes.draw(canvas.get_renderer())
+        painter.strokes.draw(renderer)
+        texts = set(axes.get_children()) - still
+        for text in texts if painter.bare else {*texts, painter.tell(f"{time:.3g}")}:
+            text.draw(renderer)
         yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
-        for artist in set(axes.get_children()) - still:
-            artist.remove()
+        for text in texts:
+            text.remove()
 
 
 def in_few_colours(images: Sequence[Any]) -> list[Any]:

@@ -227,6 +227,7 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
         _named(axes, panel.x_names)
     for axis in panel.logarithmic:
         axes.set(**{f"{axis}scale": "log"})
+        _plain(getattr(axes, f"{axis}axis"))
     axes.set_title(panel.title)
     if panel.x_label:
         axes.set_xlabel(_label(panel.x_label, panel.x_unit))
@@ -235,6 +236,22 @@ def _draw(axes: Any, panel: Panel, colours: tuple[str, ...]) -> None:
         axes.set_aspect("equal")
     if sum(bool(curve.name) for curve in panel.curves) > 1:
         legend(axes)
+
+
+FEW_DECADES = 1000
+
+
+def _plain(axis: Any) -> None:
+    """Write the numbers of a logarithmic axis as they are, where it has few decades: between powers of ten these are hard to read."""
+    from matplotlib.ticker import LogFormatter
+
+    low, high = axis.get_view_interval()
+    if high < FEW_DECADES * low:
+        axis.set_major_formatter("{x:g}")
+        chosen = LogFormatter(minor_thresholds=(1.5, 0.6))
+        chosen.set_axis(axis)
+        chosen.set_locs(axis.get_minorticklocs())
+        axis.set_minor_formatter(lambda x, _: f"{x:g}" if chosen(x) else "")
 
 
 MOST_NAMES, NAME_CHARACTERS = 24, 90

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
+from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from ..requests.parse_values import UsageMistake, one_of
-from .letters import axis_label
+from .letters import axis_label, unit_label
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
     from ..solution import Solution
+
 
 COLOURS = ("#1f5fa8", "#d1495b", "#2a9d6f", "#e09f3e", "#7656a8", "#5b6770", "#17a2b8", "#a65628")
 WIDTH = 8.0
@@ -23,7 +27,7 @@ SMOOTH = 2000
 """Points of a curve, where the solution can be computed between its output points."""
 FLATTEST = 0.5
 """Least side of the box around a path in space, as a share of its largest."""
-ZOOM = 1.2
+ZOOM = 1.1
 """How much larger a box in space is drawn than Matplotlib would."""
 LEGEND_CHARACTERS = 46
 """Width of a legend that fits beside the title."""
@@ -100,8 +104,6 @@ def drawn(diagrams: Sequence[DrawnDiagram], ax: Any = None, style: str = "") -> 
     """Draw diagrams below one another and return the Matplotlib figure, or into the axes that are given, and return these."""
     import matplotlib
 
-    from .notebook import Picture
-
     if ax is not None:
         for axes, diagram in zip(given_axes(ax, len(diagrams)), diagrams, strict=True):
             draw_on(axes, diagram.draw, style)
@@ -167,9 +169,6 @@ class SolutionView:
     def unit(self, name: str) -> str:
         return self.solution.shown_unit(name)[0]
 
-    def label(self, name: str) -> str:
-        return axis_label(name, self.unit(name))
-
 
 def equal_box(axes: Any) -> None:
     """Give the axes in space one scale, and a box that is nowhere too flat for its numbers to be read."""
@@ -181,6 +180,29 @@ def equal_box(axes: Any) -> None:
         getattr(axes, f"set_{axis}lim3d")(middle - span / 2, middle + span / 2)
         axes.locator_params(axis=axis, nbins=max(2, round(6 * span / largest)))
     axes.set_box_aspect(spans, zoom=ZOOM)
+
+
+PREFIXES = {9: "G", 6: "M", 3: "k", -3: "m", -6: "µ", -9: "n"}
+PREFIXED = re.compile(r"(?:Hz|Pa|[NJWVAm])(?![\w^])")
+"""Units that may have a prefix: the first factor of what is written, to its first power."""
+LARGE, SMALL = 1e4, 1e-2
+"""Numbers at an axis that are written with a prefix of their unit."""
+
+
+def label_axis(axis: Any, name: str, unit: str, factor: float = 1.0) -> None:
+    """Name an axis with its unit, with a prefix where numbers would be long; they are drawn times ``factor``. Call it last."""
+    size = float(np.abs(axis.get_view_interval()).max()) * factor
+    power = 0
+    if PREFIXED.match(unit) and size > 0 and not SMALL <= size < LARGE:
+        most = 3 if unit[0] == "m" else max(PREFIXES)  # no megametres
+        power = min(max(3 * math.floor(math.log10(size) / 3), min(PREFIXES)), most)
+    shown = f"{PREFIXES.get(power, '')}{unit}"
+    axis.set_label_text(axis_label(name, shown) if name else unit_label(shown))
+    if power or factor != 1.0:
+        scale = factor / 10.0**power
+        axis.set_major_formatter(
+            lambda value, _: f"{round(value * scale, 12):g}".replace("-", "\N{MINUS SIGN}")
+        )
 
 
 DOT = 6
@@ -213,3 +235,13 @@ def legend(axes: Any) -> None:
 
 def title(text: str, left_out: int, shown: int) -> str:
     return f"{text} ({shown} of {shown + left_out})" if left_out else text
+
+
+class Picture(Figure):
+    """A figure that shows itself where it is the value of a cell."""
+
+    def _repr_png_(self) -> bytes:
+        """Return the picture as PNG: the name is IPython's."""
+        file = BytesIO()
+        self.savefig(file, format="png")
+        return file.getvalue()

@@ -30,8 +30,7 @@ def curve_figure(s: CurveSolution, names: Sequence[str] = (), display: Display |
     """Draw the curve and what varies along it; return the Matplotlib figure."""
     import matplotlib
 
-    from .axes import COLOURS, STYLE
-    from .notebook import Picture
+    from .axes import COLOURS, STYLE, Picture
 
     shown = display or Display()
     panels = _panels(s, names)

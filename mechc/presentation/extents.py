@@ -8,9 +8,9 @@ from collections.abc import Mapping
 from msgspec import Struct, field
 
 NOISE = 1e-9
-"""Share of the largest value of its unit below which a change is no change."""
+"""Share of the largest value of its unit below which a change does not count."""
 ERRORS, LARGEST = 10, 1e-6
-"""So many estimated errors are no change either, up to a share."""
+"""So many estimated errors do not count as a change either, up to a share."""
 STEADY = 1e-4
 
 

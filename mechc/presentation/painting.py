@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from mechc.presentation.surfaces import drawn_triangles
 from mechc.requests.parse_values import UsageMistake
 
 if TYPE_CHECKING:
+    from mechc.presentation.strokes import Strokes
     from mechc.runtime.interface import ShapeEntry
     from mechc.runtime.problem import Array
     from mechc.solution import Solution
@@ -19,8 +21,8 @@ if TYPE_CHECKING:
 INKS = ("#3572b0", "#c8553d", "#3f8f5f", "#8a6fb0", "#b08430", "#3a8f96", "#5a6068")
 AXES = ("#d1493f", "#3f9b57", "#3572b0")
 """Of x, y and z of a frame."""
-TRAIL = 1500
-"""Points of a path."""
+TRAIL, ROUGH = 1500, 200
+"""Points of a path; times at which it is looked at how far all goes."""
 GAUGES = ("bead", "dial")
 """Shapes without a place."""
 ROADS = 6
@@ -62,9 +64,9 @@ class Painter:
             )
         self.scene, self.times, self.solution = scene, times, solution
         self.rows = pictured(times)
-        self.fine = np.union1d(np.linspace(solution.time[0], solution.time[-1], TRAIL), times)
-        self.paths = pictured(self.fine)
+        self.between = pictured
         self.flat = scene.size == 2
+        self.moved = np.concatenate([self.rows, pictured(self._spread(ROUGH))])
         self.low, self.high = self._box(also)
         self.size = float(np.linalg.norm(self.high - self.low)) or 1.0
         self.small = small * self.size
@@ -72,6 +74,7 @@ class Painter:
             (abs(self.rows[0, s.numbers[3]]) for s in scene.shapes if s.kind == "mass"), default=1.0
         )
         names = list(dict.fromkeys(s.name for s in scene.shapes))
+        self.gauges = [s for s in scene.shapes if s.kind in GAUGES]
         self.inks = [
             s.colour
             or (INKS[1] if s.kind == "trail" else INKS[(names.index(s.name) + 6 * s.relative) % len(INKS)])
@@ -79,6 +82,22 @@ class Painter:
         ]
         self.whole, self.bare = axes is None, bare
         self.axes: Any = self._own_axes(inches) if axes is None else axes
+        self.prepared = False
+        self.strokes: Strokes
+
+    def _spread(self, count: int) -> Array:
+        """Return times from the begin to the end."""
+        return np.linspace(self.solution.time[0], self.solution.time[-1], count)
+
+    @cached_property
+    def fine(self) -> Array:
+        """The times of paths."""
+        return np.union1d(self._spread(TRAIL), self.times)
+
+    @cached_property
+    def paths(self) -> Array:
+        """All numbers of the scene at these times."""
+        return self.between(self.fine)
 
     def _own_axes(self, inches: tuple[float, float]) -> Any:
         from matplotlib.figure import Figure
@@ -87,7 +106,7 @@ class Painter:
         whole = (0.0, 0.0, 1.0, 1.0)
         if not self.flat:
             return self.figure.add_axes(whole if self.bare else (0.04, 0.04, 0.9, 0.94), projection="3d")
-        axes = self.figure.add_axes(whole if self.bare else (0.09, 0.1, 0.89, 0.84))
+        axes = self.figure.add_axes(whole if self.bare else (0.115, 0.1, 0.865, 0.84))
         wide, high = axes.get_window_extent().size
         spans = np.maximum(self.high - self.low, 1e-12 * self.size)[:2]
         room = np.maximum(spans, spans[::-1] * (wide / high, high / wide)) - spans  # what fills the figure
@@ -99,7 +118,7 @@ class Painter:
         """Return two corners [3] that hold all that is drawn."""
         points: list[Array] = [*also]
         for shape in (s for s in self.scene.shapes if s.kind not in GAUGES):
-            values = self.paths[:: max(1, len(self.paths) // 200), list(shape.numbers)]
+            values = self.moved[:, list(shape.numbers)]
             if shape.kind in ("line", "spring"):
                 count = 6 if shape.kind == "spring" else values.shape[1]
                 points += [values[:, k : k + 3] for k in range(0, count, 3)]
@@ -130,24 +149,24 @@ class Painter:
         """Paint the scene at the time number ``k``; ``clear`` what was painted before."""
         if clear:
             self.prepare()
-        gauges = [s for s in self.scene.shapes if s.kind in GAUGES]
         for shape, ink in zip(self.scene.shapes, self.inks, strict=True):
             values = self.rows[k, list(shape.numbers)]
-            if shape in gauges:
-                self._gauge(shape, values[0], ink, opacity, 1 - (gauges.index(shape) + 0.5) / len(gauges))
+            if shape.kind in GAUGES:
+                self._hand(shape, values[0], ink, opacity)
                 continue
             if shape.kind == "trail":
-                upto = self.fine <= self.times[k]
-                self._line(self.paths[upto][:, list(shape.numbers)], ink, 1.0, 0.8 * opacity)
+                upto = int(np.searchsorted(self.fine, self.times[k], side="right"))
+                path = self.paths[:upto, list(shape.numbers)]
+                self.strokes.line(path, ink, 1.0, 0.8 * opacity, behind=True)
             elif np.isfinite(values).all():
                 self._shape(shape, values, ink, opacity)
         if clear:
             self.tell(f"{self.times[k]:.3g}")
 
-    def tell(self, times: str) -> None:
-        """Write times above the picture."""
+    def tell(self, times: str) -> Any:
+        """Write times above the picture, and return what was written."""
         unit = self.solution.problem.time.unit
-        self.axes.set_title(
+        return self.axes.set_title(
             f"{times} {unit}".rstrip(), fontsize=9, loc="right", y=1.01 if self.flat else 0.95
         )
 
@@ -161,12 +180,32 @@ class Painter:
         return [self.paths[:, list(s.numbers[:3])] for s in balls] if len(balls) <= ROADS else []
 
     def prepare(self) -> None:
-        """Clear the axes; draw scales and grid."""
+        """Clear the axes; draw scales and grid, and what stands still of gauges."""
+        from mechc.presentation.strokes import Strokes  # it brings Matplotlib
+
         axes = self.axes
-        axes.clear()
+        if self.prepared:
+            axes.clear()
+        self.prepared, self.strokes = True, Strokes(axes, self.flat)
         axes.set_xlim(self.low[0], self.high[0])
         axes.set_ylim(self.low[1], self.high[1])
-        spans = self.high - self.low
+        if self.flat:
+            axes.set_aspect("equal", adjustable="box")
+        else:
+            axes.set_zlim(self.low[2], self.high[2])
+            spans = np.maximum(self.high - self.low, 0.2 * self.size)
+            axes.set_box_aspect(spans, zoom=1.1 if self.whole else 1.0)
+            axes.view_init(elev=18, azim=-60)
+        for shape in self.gauges:
+            self._gauge(shape)
+        if self.bare or self.gauges:
+            axes.set_axis_off()
+        else:
+            self._scales()
+
+    def _scales(self) -> None:
+        """Draw scales and grid."""
+        axes, spans = self.axes, self.high - self.low
         for axis, span in zip("xy" if self.flat else "xyz", spans, strict=False):  # numbers that have room
             most = TICKS if self.flat else TICKS_IN_SPACE
             axes.locator_params(axis=axis, nbins=max(1, round(most * span / max(spans))), min_n_ticks=1)
@@ -175,20 +214,11 @@ class Painter:
             for axis in "xy" if self.flat else "xyz":
                 getattr(axes, f"set_{axis}label")(axis_label(axis, unit), fontsize=9)
             axes.tick_params(labelsize=8)
-        if self.bare or any(shape.kind in GAUGES for shape in self.scene.shapes):
-            axes.set_axis_off()
         if self.flat:
-            axes.set_aspect("equal", adjustable="box")
             axes.grid(color="#e5e7eb", linewidth=0.6)
             axes.set_axisbelow(True)
             for side in axes.spines.values():
                 side.set_color("#9ca3af")
-            return
-        axes.set_zlim(self.low[2], self.high[2])
-        axes.set_box_aspect(
-            np.maximum(self.high - self.low, 0.2 * self.size), zoom=1.1 if self.whole else 1.0
-        )
-        axes.view_init(elev=18, azim=-60)
 
     # ------------------------------------------------------------ shapes
 
@@ -196,9 +226,9 @@ class Painter:
         small = self.small
         match shape.kind:
             case "line":
-                self._line(v.reshape(-1, 3), ink, 2.0, opacity)
+                self.strokes.line(v.reshape(-1, 3), ink, 2.0, opacity)
             case "spring":
-                self._line(_coil(v, v[6] * small if shape.relative else v[6]), ink, 1.3, opacity)
+                self.strokes.line(_coil(v, v[6] * small if shape.relative else v[6]), ink, 1.3, opacity)
             case "mass":
                 self._ball(v[:3], 2.2 * small * np.cbrt(abs(v[3]) / (self.heaviest or 1.0)), ink, opacity)
             case "text":
@@ -212,12 +242,12 @@ class Painter:
                 self._ball(v[:3], small if shape.relative else v[12], ink, opacity)
             case "mesh":
                 corners = np.array(drawn_triangles(shape.text)).reshape(-1, 3) * v[12:15]
-                self._faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
+                self.strokes.faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
             case "polygon":
                 corners = _placed(v, v[12:].reshape(-1, 3))
-                self._faces(corners[None], ink, opacity)
+                self.strokes.faces(corners[None], ink, opacity)
             case "curve":
-                self._line(_placed(v, v[12:].reshape(-1, 3)), ink, 1.5, opacity)
+                self.strokes.line(_placed(v, v[12:].reshape(-1, 3)), ink, 1.5, opacity)
             case "surface":
                 self._surface(_placed(v, v[12:].reshape(-1, 3)).reshape(*shape.grid, 3), ink, opacity)
             case _:
@@ -229,14 +259,15 @@ class Painter:
                 edges = v[12:15] / 2
                 if self.flat:
                     signs = np.array([[-1, -1, 0], [1, -1, 0], [1, 1, 0], [-1, 1, 0]])
-                    self._faces(_placed(v, signs * edges)[None], ink, opacity)
+                    self.strokes.faces(_placed(v, signs * edges)[None], ink, opacity)
                     return
                 faces = [
                     np.roll([[s, a, b] for a, b in ((-1, -1), (1, -1), (1, 1), (-1, 1))], k, axis=1)
                     for k in range(3)
                     for s in (-1, 1)
                 ]
-                self._faces(np.stack([_placed(v, face * edges) for face in faces]), ink, opacity)
+                corners = np.stack([_placed(v, face * edges) for face in faces])
+                self.strokes.faces(corners, ink, opacity, convex=True)
             case "disk":
                 radius = small if shape.relative else v[12]
                 self._turned(v, v[13:16], np.array([[0.0, 0.0], [0.0, radius]]), ink, opacity)
@@ -245,13 +276,16 @@ class Painter:
                 profile = np.column_stack([v[13] * np.sin(angle), v[12] + v[13] * np.cos(angle)])
                 self._turned(v, v[14:17], profile, ink, opacity)
             case "cone":
-                self._turned(v, v[14:17], np.array([[0, 0], [0, v[12]], [v[13], 0]]), ink, opacity)
+                profile = np.array([[0, 0], [0, v[12]], [v[13], 0]])
+                self._turned(v, v[14:17], profile, ink, opacity, convex=True)
             case _:
                 h = v[13] / 2
                 profile = np.array([[-h, 0], [-h, v[12]], [h, v[12]], [h, 0]])
-                self._turned(v, v[14:17], profile, ink, opacity)
+                self._turned(v, v[14:17], profile, ink, opacity, convex=True)
 
-    def _turned(self, v: Array, axis: Array, profile: Array, ink: str, opacity: float) -> None:
+    def _turned(
+        self, v: Array, axis: Array, profile: Array, ink: str, opacity: float, convex: bool = False
+    ) -> None:
         """Paint a profile [n, 2] of places along an axis and radii, turned about it; in the plane its outline."""
         e = axis / (np.linalg.norm(axis) or 1.0)
         side = np.array([0.0, 0.0, 1.0]) if abs(e[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
@@ -260,99 +294,70 @@ class Painter:
         b = np.cross(e, a)
         if self.flat and abs(e[2]) < 0.9:
             outline = np.concatenate([profile, profile[::-1] * [1, -1]])
-            self._faces(_placed(v, outline[:, :1] * e + outline[:, 1:] * a)[None], ink, opacity)
+            self.strokes.faces(_placed(v, outline[:, :1] * e + outline[:, 1:] * a)[None], ink, opacity)
             return
         angle = np.linspace(0, 2 * np.pi, 25)
         around = np.cos(angle)[:, None] * a + np.sin(angle)[:, None] * b
         if self.flat:
-            self._faces(_placed(v, around * profile[:, 1].max())[None], ink, opacity)
-            self._line(_placed(v, np.array([[0.0, 0, 0], a * profile[:, 1].max()])), ink, 1.2, opacity)
+            self.strokes.faces(_placed(v, around * profile[:, 1].max())[None], ink, opacity)
+            self.strokes.line(_placed(v, np.array([[0.0, 0, 0], a * profile[:, 1].max()])), ink, 1.2, opacity)
             return
         points = profile[:, None, :1] * e + profile[:, None, 1:] * around[None]
-        self._surface(_placed(v, points.reshape(-1, 3)).reshape(*points.shape), ink, opacity)
+        self._surface(_placed(v, points.reshape(-1, 3)).reshape(*points.shape), ink, opacity, convex)
 
-    def _gauge(self, shape: ShapeEntry, value: float, ink: str, opacity: float, height: float) -> None:
-        """Paint a value as a bead between its smallest and largest one, or as a hand on a dial, in a row of the picture."""
-        axes, place = self.axes, self.axes.transAxes
+    def _gauge(self, shape: ShapeEntry) -> None:
+        """Draw the name of a gauge and its dial or scale, in a row of the picture."""
+        axes, place, height = self.axes, self.axes.transAxes, self._height(shape)
         axes.text(0.02, height, shape.text, transform=place, va="center", fontsize=9)
         if shape.kind == "dial":
-            box = axes.get_window_extent()
-            reach = 0.4 / max(1, sum(s.kind in GAUGES for s in self.scene.shapes))
-            wide = reach * box.height / box.width
             turn = np.linspace(0, 2 * np.pi, 61)
-            rim, hand = np.append(turn, np.nan), np.array([0.0, 1.0])
-            axes.plot(
-                0.6 + wide * np.cos(rim), height + reach * np.sin(rim), color="#9ca3af", lw=1, transform=place
-            )
-            x, y = 0.6 + hand * wide * np.cos(value), height + hand * reach * np.sin(value)
-            axes.plot(x, y, color=ink, lw=2, alpha=opacity, transform=place)
+            self.axes.plot(*self._on_dial(shape, turn).T, color="#9ca3af", lw=1, transform=place)
             return
-        low, high = (f(self.paths[:, shape.numbers[0]]) for f in (np.nanmin, np.nanmax))
         axes.plot([0.25, 0.95], [height, height], color="#9ca3af", lw=1, transform=place)
-        for x, end in ((0.25, low), (0.95, high)):
+        for x, end in zip((0.25, 0.95), self._ends(shape), strict=True):
             axes.text(x, height - 0.02, f"{end:.3g}", transform=place, va="top", ha="center", fontsize=7)
+
+    def _hand(self, shape: ShapeEntry, value: float, ink: str, opacity: float) -> None:
+        """Paint a value as a hand on a dial, or as a bead between its smallest and largest one."""
+        height = self._height(shape)
+        if shape.kind == "dial":
+            hand = np.vstack([[0.6, height], self._on_dial(shape, np.array([value]))])
+            self.strokes.on_axes(hand, ink, 2.0, opacity)
+            return
+        low, high = self._ends(shape)
         share = (value - low) / (high - low) if high > low else 0.5
-        axes.plot([0.25 + 0.7 * share], [height], "o", color=ink, alpha=opacity, ms=9, transform=place)
+        if np.isfinite(share):
+            self.strokes.bead(np.array([0.25 + 0.7 * share, height]), ink, opacity)
+
+    def _height(self, shape: ShapeEntry) -> float:
+        return 1 - (self.gauges.index(shape) + 0.5) / len(self.gauges)
+
+    def _on_dial(self, shape: ShapeEntry, angle: Array) -> Array:
+        """Return points [n, 2] of a dial, in shares of the axes."""
+        box = self.axes.get_window_extent()
+        reach = 0.4 / len(self.gauges)
+        wide = reach * box.height / box.width
+        return np.column_stack([0.6 + wide * np.cos(angle), self._height(shape) + reach * np.sin(angle)])
+
+    def _ends(self, shape: ShapeEntry) -> tuple[float, float]:
+        values = self.paths[:, shape.numbers[0]]
+        return float(np.nanmin(values)), float(np.nanmax(values))
 
     # ------------------------------------------------------------ strokes
 
-    def _line(self, points: Array, ink: str, width: float, opacity: float) -> None:
-        looks: dict[str, Any] = {
-            "color": ink,
-            "linewidth": width,
-            "alpha": opacity,
-            "solid_capstyle": "round",
-        }
-        if self.flat:
-            from matplotlib.lines import Line2D
-
-            self.axes.add_artist(Line2D(*points.T[:2], **looks))
-        else:
-            self.axes.plot(*points.T, **looks)
-
-    def _faces(self, faces: Array, ink: str, opacity: float) -> None:
-        if self.flat:
-            from matplotlib.patches import Polygon
-
-            looks: dict[str, Any] = {
-                "facecolor": ink + "66",
-                "edgecolor": ink,
-                "linewidth": 1.2,
-                "alpha": opacity,
-            }
-            for face in faces:
-                self.axes.add_artist(Polygon(face[:, :2], **looks))
-            return
-        from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-
-        self.axes.add_collection3d(
-            Poly3DCollection(list(faces), facecolor=ink, alpha=0.75 * opacity, linewidth=0.2)
-        )
-
-    def _surface(self, points: Array, ink: str, opacity: float) -> None:
+    def _surface(self, points: Array, ink: str, opacity: float, convex: bool = False) -> None:
         if self.flat:
             for row in points:
-                self._line(row, ink, 0.8, opacity)
+                self.strokes.line(row, ink, 0.8, opacity)
             return
-        self.axes.plot_surface(
-            *np.moveaxis(points, -1, 0), color=ink, alpha=0.8 * opacity, linewidth=0, rstride=1, cstride=1
-        )
+        self.strokes.faces(_patches(points), ink, opacity, convex)
 
     def _ball(self, centre: Array, radius: float, ink: str, opacity: float) -> None:
         fine = 2 if radius > 3 * self.small else 1
-        angle = np.linspace(0, 2 * np.pi, 12 * fine + 1)
         if self.flat:
-            from matplotlib.patches import Circle
-
-            self.axes.add_artist(
-                Circle((float(centre[0]), float(centre[1])), radius, color=ink, alpha=opacity)
-            )
+            self.strokes.circle(centre, radius, ink, opacity)
             return
-        up = np.linspace(0, np.pi, 6 * fine + 1)[:, None]
-        unit = np.stack(
-            [np.sin(up) * np.cos(angle), np.sin(up) * np.sin(angle), np.cos(up) + 0 * angle], axis=-1
-        )
-        self._surface(centre + radius * unit, ink, opacity)
+        self.strokes.faces(centre + radius * _unit_ball(fine), ink, opacity, convex=True)
 
     def frame(self, v: Array, length: float, opacity: float = 1.0) -> None:
         """Paint the axes of a frame: its origin and three unit vectors [12]."""
@@ -361,24 +366,8 @@ class Painter:
 
     def arrow(self, start: Array, vector: Array, ink: str, opacity: float) -> None:
         """Paint an arrow from a point [3]."""
-        if not np.linalg.norm(vector) > 0:
-            return
-        if self.flat:
-            self.axes.annotate(
-                "",
-                xy=(start + vector)[:2],
-                xytext=start[:2],
-                arrowprops={
-                    "arrowstyle": "-|>",
-                    "color": ink,
-                    "linewidth": 1.6,
-                    "alpha": opacity,
-                    "shrinkA": 0,
-                    "shrinkB": 0,
-                },
-            )
-            return
-        self.axes.quiver(*start, *vector, color=ink, alpha=opacity, arrow_length_ratio=0.2)
+        if np.linalg.norm(vector) > 0:
+            self.strokes.arrow(start, vector, ink, opacity)
 
     def _text(self, place: Array, text: str, opacity: float) -> None:
         self.axes.text(*(place[:2] if self.flat else place[:3]), f" {text}", fontsize=9, alpha=opacity)
@@ -397,6 +386,22 @@ def _placed(v: Array, local: Array) -> Array:
     """Return points [n, 3] of a frame in the world."""
     found: Array = v[:3] + local @ v[3:12].reshape(3, 3)
     return found
+
+
+def _patches(points: Array) -> Array:
+    """Return the corners [m, 4, 3] of the faces between the points [n, k, 3] of a grid."""
+    corners = (points[:-1, :-1], points[1:, :-1], points[1:, 1:], points[:-1, 1:])
+    return np.stack(corners, axis=2).reshape(-1, 4, 3)
+
+
+@cache
+def _unit_ball(fine: int) -> Array:
+    """Return the corners [m, 4, 3] of the faces of a ball."""
+    angle, up = np.linspace(0, 2 * np.pi, 12 * fine + 1), np.linspace(0, np.pi, 6 * fine + 1)[:, None]
+    points = np.stack(
+        [np.sin(up) * np.cos(angle), np.sin(up) * np.sin(angle), np.cos(up) + 0 * angle], axis=-1
+    )
+    return _patches(points)
 
 
 def _coil(v: Array, radius: float) -> Array:

@@ -139,7 +139,7 @@ def _pictures(solution: Solution, points: Mapping[str, int]) -> list[Panel]:
 
 
 def _in_plane(solution: Solution) -> bool:
-    """Tell a motion that is drawn in the plane, where three lengths are no place."""
+    """Tell a motion that is drawn in the plane, where three lengths are not a place."""
     staged = solution.staged()
     return staged is not None and staged[0].size == 2 and any(s.kind not in GAUGES for s in staged[0].shapes)
 

@@ -16,8 +16,20 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..requests.parse_values import UsageMistake
-from .axes import COLOURS, SIZES, SolutionView, draw_on, equal_box, given_axes, legend, style_named, title
+from .axes import (
+    COLOURS,
+    SIZES,
+    SolutionView,
+    draw_on,
+    equal_box,
+    given_axes,
+    label_axis,
+    legend,
+    style_named,
+    title,
+)
 from .letters import axis_label, letters, unit_label
+from .painting import Painter
 from .panels import (
     Changes,
     EnergyPanel,
@@ -30,27 +42,27 @@ from .panels import (
     element,
     panels_of,
 )
-from .scenery import draw_scenery, point_name
 from .stillness import Stillness
 
 if TYPE_CHECKING:
     from ..runtime.problem import Array
     from ..solution import Solution
 
+
 GREY = "#6b7280"
 MOST_EVENTS = 100
 CONSTANT = 1e-6
 """Relative change below which a curve is drawn as constant."""
 HEAD_CHARACTERS = 66
-LINE_CHARACTERS = 105
-"""Width of the line below the panels, for each column."""
+LINE_CHARACTERS = 15.5
+"""Width of the line below the panels, for each inch."""
 
 
 def figure(solution: Solution, names: Sequence[str] = (), style: str = "") -> Any:
     """Draw a solution and return the Matplotlib figure; ``names`` limits it to those quantities, ``a:b`` is one over another."""
     import matplotlib
 
-    from .notebook import Picture
+    from .axes import Picture
 
     solution = solution.in_picture()
     view = SolutionView(solution)
@@ -65,7 +77,7 @@ def figure(solution: Solution, names: Sequence[str] = (), style: str = "") -> An
             result.suptitle(head, fontsize=11, x=0.01, ha="left", color="#111827")
         line = "" if names or style else Stillness(solution).line()
         if line:
-            text = "\n".join(textwrap.wrap(line, LINE_CHARACTERS * columns))
+            text = "\n".join(textwrap.wrap(line, round(LINE_CHARACTERS * width)))
             result.supxlabel(text, fontsize=8, x=0.01, ha="left", color="#374151")
         grid = result.add_gridspec(rows, columns)
         for panel, place in zip(panels, places, strict=True):
@@ -173,8 +185,8 @@ def _draw_curves(axes: Any, panel: TimePanel, view: SolutionView) -> None:
     else:
         axes.set_title(title(panel.title, panel.left_out, len(panel.names)))
         legend(axes)
-    axes.set_ylabel(unit_label(view.unit(panel.names[0])))
     _calm(axes)
+    label_axis(axes.yaxis, "", view.unit(panel.names[0]))
     _time_axis(axes, view)
 
 
@@ -207,8 +219,8 @@ def _draw_portrait(axes: Any, panel: PhasePanel, view: SolutionView) -> None:
         if own
         else f"{letters(panel.rate)} over {letters(panel.name)}"
     )
-    axes.set_xlabel(view.label(panel.name))
-    axes.set_ylabel(view.label(panel.rate))
+    label_axis(axes.xaxis, panel.name, view.unit(panel.name))
+    label_axis(axes.yaxis, panel.rate, view.unit(panel.rate))
     if not own and view.unit(panel.name) == view.unit(panel.rate):
         axes.set_aspect("equal", adjustable="datalim")
 
@@ -250,9 +262,9 @@ def _draw_energies(axes: Any, panel: EnergyPanel, view: SolutionView) -> None:
                 label=name.removeprefix("energy."),
             )
         axes.set_title("energies")
-        axes.set_ylabel(unit_label(view.unit(panel.names[0]) if panel.names else "J"))
         legend(axes)
         _calm(axes)
+        label_axis(axes.yaxis, "", view.unit(panel.names[0]) if panel.names else "J")
     _time_axis(axes, view)
 
 
@@ -288,3 +300,68 @@ def _time_axis(axes: Any, view: SolutionView) -> None:
     if len(solution.events) <= MOST_EVENTS:
         for event in solution.events:
             axes.axvline(event.time, color=GREY, linewidth=0.7, linestyle=(0, (2, 3)), zorder=1.5)
+
+
+ABOVE_BOX = 1.08
+"""Where a title stands above a box in space, which is drawn larger than its axes."""
+ROAD = "#9ca3af"
+"""Colour of the paths of bodies without a trail."""
+GHOSTS = 4
+"""How often what is drawn without a path is painted."""
+
+
+def draw_scenery(axes: Any, panel: Scenery, view: SolutionView) -> None:
+    """Paint what is drawn, pale at the start and full at the end, over the paths of points."""
+    solution = view.solution
+    staged = solution.staged()
+    assert staged is not None, "the panel was chosen for what is drawn"
+    scene = staged[0]
+    unit, factor = solution.shown_unit(element(panel.names[0], 1)) if panel.names else ("", 1.0)
+    if not panel.names:
+        lengths = "" if all(q.unit in ("", "1") for q in solution.problem.states) else "m"
+        unit, factor = solution.display.in_units("", lengths)
+    paths = [_path(view, name, factor) for name in panel.names]
+    first, last = float(solution.time[0]), float(solution.time[-1])
+    still = not paths and not any(shape.kind == "trail" for shape in scene.shapes)
+    times = np.linspace(first, last, GHOSTS if still else 2)
+    painter = Painter(solution, times, axes, paths)
+    for k in range(len(times)):
+        painter.paint(k, opacity=1.0 if k == len(times) - 1 else 0.3, clear=k == 0)
+    for path in painter.roads() if still else ():
+        parts = path.T[:2] if painter.flat else path.T
+        axes.plot(*parts, color=ROAD, linewidth=0.9, zorder=1.7)
+    drawn = painter.trails()
+    for k, (name, path) in enumerate(zip(panel.names, paths, strict=True)):
+        if any(
+            np.allclose(path[[0, -1]], trail[[0, -1]], rtol=0, atol=1e-9 * painter.size) for trail in drawn
+        ):
+            continue
+        parts = path.T[:2] if painter.flat else path.T
+        axes.plot(*parts, color=COLOURS[k % len(COLOURS)], linewidth=1.1, label=point_name(name), zorder=1.8)
+    text = "motion" if len(paths) != 1 else f"motion, with the trail of {point_name(panel.names[0])}"
+    axes.set_title(title(text, panel.left_out, len(panel.names)), y=None if painter.flat else ABOVE_BOX)
+    axes.set_title("", loc="right")
+    if painter.flat:
+        axes.update_datalim([painter.low[:2], painter.high[:2]])
+        axes.autoscale(enable=True)
+        axes.set_aspect("equal", adjustable="datalim")
+    else:
+        equal_box(axes)
+        axes.set_anchor("N")
+    for axis in "xy" if painter.flat else "xyz":
+        label_axis(getattr(axes, f"{axis}axis"), axis, unit, factor)
+    if len(axes.get_legend_handles_labels()[1]) > 1:
+        legend(axes)
+
+
+def _path(view: SolutionView, name: str, factor: float) -> Array:
+    """Return the places of a point [n, 3] in SI."""
+    parts = [view[element(name, i)] / factor for i in (1, 2)]
+    third = element(name, 3)
+    parts.append(view[third] / factor if third in view.solution else np.zeros_like(parts[0]))
+    return np.column_stack(parts)
+
+
+def point_name(name: str) -> str:
+    """Return the name of a point, or of a row of a matrix."""
+    return letters(f"{name[:-1]}]" if name.endswith(",") else name)

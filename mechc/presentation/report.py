@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Collection, Mapping, Sequence
+from collections import Counter
+from collections.abc import Callable, Collection, Mapping, Sequence
 from textwrap import wrap
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 import numpy as np
 
+from ..runtime.integrate.events import Events
 from ..runtime.outcome import Outcome
-from .event_list import event_list
-from .left_out import first_and_asked, is_own, left_out
-from .numbers import count, duration, number, with_unit
+from .numbers import count, duration, number, plural, with_unit
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
     from ..runtime.interface import Quantity
     from ..runtime.results.accuracy import Accuracy, Drift
     from ..solution import Solution
+
 
 MOST_STATES = 12
 """States in the table, beside those asked for; of more, those with the largest estimated error are shown."""
@@ -309,3 +310,61 @@ def _aligned(table: Sequence[Sequence[str]], style: Style) -> list[str]:
         text = f"  {cells[0]}   {cells[1]} {'   '.join(cells[2:])}".rstrip()
         rows.append(style.dim(text) if i == 0 else text)
     return rows
+
+
+MOST_EVENTS = 8
+
+
+def event_list(solution: Solution, style: Style) -> list[str]:
+    """Return the rows; none where nothing happened."""
+    if not isinstance(solution.events, Events) or not solution.events:
+        return []
+    clocks, events = solution.events.condensed()
+    unit = with_unit(solution.problem.time.unit)
+    rows = [style.dim(f"  {plural(len(solution.events), 'event')}")]
+    names = max((width(clock.name) for clock in clocks), default=0)
+    rows += [
+        f"  {pad(clock.name, names)}  {clock.count} times, from {number(clock.first)}{unit} to {number(clock.last)}{unit}"
+        for clock in clocks
+    ]
+    shown = events[:MOST_EVENTS]
+    names = max((width(event.name) for event in shown), default=0)
+    rows += [f"  {e.time:>14.9g}{unit}  {pad(e.name, names)}  {style.dim(e.kind)}" for e in shown]
+    if len(events) > MOST_EVENTS:
+        met = Counter(f"{event.name} {event.kind}" for event in events)
+        few = len(met) <= MOST_EVENTS
+        often = [(kind, count) for kind, count in met.most_common(MOST_EVENTS) if few or count > 1]
+        counts = ", ".join(f"{count} {kind}" for kind, count in often)
+        said = f"; {'in all' if few else 'of all most often'}: {counts}" if often else ""
+        rows.append(style.dim(f"  ... and {len(events) - MOST_EVENTS} more{said}"))
+        last = events[-1]
+        rows.append(
+            f"  {last.time:>14.9g}{unit}  {pad(last.name, names)}  {style.dim(last.kind + ', the last')}"
+        )
+    return rows
+
+
+T = TypeVar("T")
+
+
+def is_own(name: str) -> bool:
+    """Tell whether a quantity belongs to the model itself, not to one of its parts."""
+    return "." not in name
+
+
+def first_and_asked(items: Sequence[T], most: int, asked: Callable[[T], bool]) -> list[T]:
+    """Return what is asked for, and as many of the first others as make up ``most`` together, in the order of ``items``."""
+    room = most - sum(map(asked, items))
+    found = []
+    for item in items:
+        if not asked(item):
+            if room <= 0:
+                continue
+            room -= 1
+        found.append(item)
+    return found
+
+
+def left_out(count: int, what: str, style: Style) -> str:
+    """Return the row that says how many are left out, and how to see them."""
+    return style.dim(f"  ... and {count} more {what}; 'mechc run --outputs NAME,...' shows those it names")

@@ -12,6 +12,7 @@ from .style import PLAIN, Style, pad, width
 if TYPE_CHECKING:
     from ..compiler.flat.model import Joint
     from ..compiler.mechanics.system import MechanicalSystem
+    from ..lang.source import Span
     from ..model import CompiledModel
 
 
@@ -100,10 +101,15 @@ def _left_to_the_library(system: MechanicalSystem) -> list[str]:
         and variable.value is not None
         and variable.origin.declared is not None
         and not variable.type.dimension.is_none
-        and variable.value.span.file is variable.origin.span.file
+        and _is_within(variable.value.span, variable.origin.span)
         and isinstance(variable.value, Literal)
         and variable.value.value
     ]
+
+
+def _is_within(value: Span, declaration: Span) -> bool:
+    """Whether a value is that of the declaration itself, not one that the text around the part gives."""
+    return value.file is declaration.file and declaration.start <= value.start < declaration.end
 
 
 def _freedoms(system: MechanicalSystem, joint: Joint) -> int:

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
-from .left_out import first_and_asked, is_own, left_out
 from .numbers import count, number, with_unit
-from .report import title
+from .report import first_and_asked, is_own, left_out, title
 from .style import PLAIN, Style, width
 
 if TYPE_CHECKING:

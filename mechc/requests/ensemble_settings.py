@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..runtime.problem import Problem
 from ..runtime.settings import QuestionSetting
-from .formulas import apart, output_of, settable_units
-from .parse_values import UsageMistake, read_value_of, shown
+from .parse_values import UsageMistake, apart, output_of, read_value_of, settable_units, shown
 
 if TYPE_CHECKING:
     from ..runtime.ensembles.kept import Kept
@@ -78,7 +77,7 @@ def _seconds(setting: QuestionSetting, given: Any, problem: Problem) -> float:
 
 
 def _cluster(setting: QuestionSetting, given: Any, problem: Problem) -> Any:
-    """Take an address, or what Dask knows a cluster by (runtime/ensembles/connect.py)."""
+    """Take an address, or what Dask knows a cluster by (runtime/ensembles/cluster.py)."""
     if isinstance(given, str) and not given.strip():
         raise UsageMistake(f"'{setting.name}' is empty", "as in tcp://10.0.0.1:8786")
     return given

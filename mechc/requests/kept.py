@@ -8,8 +8,7 @@ from collections.abc import Collection
 from msgspec import Struct
 
 from ..runtime.ensembles.kept import GROWN, REDUCTIONS, SERIES, Kept
-from .formulas import apart
-from .parse_values import UsageMistake, tidy
+from .parse_values import UsageMistake, apart, tidy
 from .request import Asked, known_of
 
 _CALL = re.compile(r"(\w+)\s*\((.*)\)\s*", re.S)

@@ -110,7 +110,7 @@ def _of_text(setting: str, name: str, text: str, units: Mapping[str, str]) -> Va
         return _spread(setting, name, call[1], call[2], unit)
     if sign == "~":
         raise UsageMistake(
-            f"'{name} ~ {what}' is no distribution",
+            f"'{name} ~ {what}' is not a distribution",
             f"there are {', '.join(f'{kind}(...)' for kind in NUMBERS)}",
         )
     if what.startswith("{") and not what.partition("}")[0].strip("{ "):

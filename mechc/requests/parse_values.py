@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from reprlib import Repr
 from typing import Any, Protocol, runtime_checkable
 
 from msgspec import Struct
 
 from ..lang.units import Unit, UnitError, may_count_turns, parse_unit
+from ..runtime.problem import Problem
+from ..runtime.settings import QuestionSetting
 from ..suggest import closest
 
 Scalar = float | int | bool | str
@@ -163,6 +165,9 @@ def one_of(word: object, known: Collection[str], what: str) -> None:
         raise UsageMistake(f"there is no {what} {word!r}", help)
 
 
+_INDEX = re.compile(r"\[[0-9,]+\]")
+
+
 def unknown_name(kind: str, name: str, known: Iterable[str]) -> UsageMistake:
     """Return the exception for a name that the model has not, with the nearest one it has."""
     names = sorted(known)
@@ -170,6 +175,11 @@ def unknown_name(kind: str, name: str, known: Iterable[str]) -> UsageMistake:
     near = inside[0] if len(inside) == 1 else closest(name, names)
     if name.endswith("'") and f"der({name[:-1]})" in names:
         return UsageMistake(f"the model has no {kind} '{name}'", f"a rate is written 'der({name[:-1]})'")
+    if several := [one for one in names if _INDEX.sub("", one) == name]:
+        some = ", ".join(several[:3]) + (", ..." if len(several) > 3 else "")
+        return UsageMistake(
+            f"'{name}' is not a single {kind}, it is {some}", f"name one of them: {several[0]}"
+        )
     if near:
         return UsageMistake(f"the model has no {kind} '{name}'", f"did you mean '{near}'?")
     some = ", ".join(names[:12]) + (", ..." if len(names) > 12 else "")
@@ -210,3 +220,58 @@ def elements_of(name: str, names: Collection[str]) -> list[str]:
 
 _ANY = r"(?:\[[0-9,]+\])?"
 _RATE = re.compile(r"der\((.+)\)(\[[0-9,]+\])?")
+
+
+def apart(text: str) -> list[str]:
+    """Take formulas apart at the commas between them, not at those within brackets."""
+    found, depth = [""], 0
+    for letter in text:
+        depth += (letter in "([{") - (letter in ")]}")
+        if letter == "," and depth == 0:
+            found.append("")
+        else:
+            found[-1] += letter
+    return [one.strip() for one in found if one.strip()]
+
+
+def in_momenta(text: str, names: Sequence[str], taken: Collection[str]) -> str:
+    """Write momentum(x) for p_x, and for p where there is one coordinate alone."""
+    rates = [name[4:-1] for name in names if name.startswith("der(") and name.endswith(")")]
+    known = {f"p_{name}": name for name in rates} | ({"p": rates[0]} if len(rates) == 1 else {})
+    for short in {*names, *taken} & known.keys():
+        del known[short]
+
+    def written(match: re.Match[str]) -> str:
+        name = "".join(match[0].split())
+        return f"momentum({known[name]})" if name in known else match[0]
+
+    part = r"[A-Za-z_]\w*(?:\[[\d, ]+\])?"
+    return re.sub(rf"(?<![\w.]){part}(?:\.{part})*", written, text)
+
+
+def is_value(text: str) -> bool:
+    """Tell whether a text is a value with or without a unit, not a formula."""
+    try:
+        read_value(text)
+    except UsageMistake:
+        return False
+    return True
+
+
+def sides(setting: QuestionSetting, text: str) -> tuple[str, str]:
+    """Take ``a = b`` apart."""
+    left, sign, right = text.replace("==", "=").partition("=")
+    if not sign or not left.strip() or not right.strip() or any(c in text for c in "<>~") or "=" in right:
+        raise UsageMistake(f"'{setting.name}' is a surface such as 'x = 0', not '{text}'")
+    return left.strip(), right.strip()
+
+
+def output_of(setting: QuestionSetting) -> str:
+    """Return the name of the output that the formula of a setting becomes."""
+    return f"asked_{setting.name}"
+
+
+def settable_units(problem: Problem) -> dict[str, str]:
+    """Return the SI unit of everything that a state consists of and a run can be given."""
+    quantities = (*problem.parameters, *problem.states, *problem.inputs)
+    return {q.name: q.unit for q in quantities if q.kind not in ("account", "tangent")}

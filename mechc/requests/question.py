@@ -24,21 +24,24 @@ from ..runtime.settings import (
 )
 from ..runtime.studies.study import Study
 from .ensemble_settings import OF_ENSEMBLES
-from .formulas import apart, in_momenta, is_value, output_of, settable_units, sides
-from .in_si import settings_in_si
 from .input_tables import input_tables
 from .parse_values import (
     GivenValue,
     UsageMistake,
+    apart,
     elements_of,
+    in_momenta,
+    is_value,
+    output_of,
     plain,
     read_point,
     read_value_of,
+    settable_units,
     shown,
+    sides,
     tidy,
     unknown_name,
 )
-from .ranges import free, ranges, unit_of_the_other
 from .request import Asked, known_of
 
 if TYPE_CHECKING:
@@ -152,6 +155,8 @@ def chosen_names(wanted: Iterable[str], known: Sequence[str]) -> tuple[str, ...]
 
 def _place(setting: QuestionSetting, given: Any, problem: Problem) -> Place:
     """Read ``start``, ``equilibrium``, or values of coordinates, rates, states, parameters and inputs."""
+    from .in_si import settings_in_si
+
     if isinstance(given, str) and "=" not in given:
         word = given.strip()
         if word not in (START, EQUILIBRIUM):
@@ -187,15 +192,21 @@ _SEPARATOR = re.compile(r",(?=[^=,{}\[\]]*(?:\[[^\]]*\][^=,{}\[\]]*)*=)")
 
 
 def _ranges(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Range, ...]:
+    from .ranges import ranges
+
     return ranges(setting.name, given, settable_units(problem))
 
 
 def _free(setting: QuestionSetting, given: Any, problem: Problem) -> tuple[Free, ...]:
+    from .ranges import free
+
     return free(setting.name, given, settable_units(problem))
 
 
 def _amounts(setting: QuestionSetting, given: Any, problem: Problem) -> dict[str, float]:
     """Read positive amounts of quantities: ``theta = 1 mrad, x = 2 mm``."""
+    from .in_si import settings_in_si
+
     values = assignments(setting, given) if isinstance(given, str) else dict(given)
     units = {q.name: q.unit for q in (*problem.states, *problem.outputs, *problem.inputs)}
     found = settings_in_si(values, units)
@@ -218,9 +229,9 @@ def _rotations(problem: Problem) -> set[str]:
 
 
 def formulas(it: Asked, problem_names: Sequence[str], taken: Collection[str] = ()) -> dict[str, str]:
-    """Give the formulas of a question that are no plain names or values: texts by the names of their outputs.
+    """Give the formulas of a question that are not plain names or values: texts by the names of their outputs.
 
-    ``taken``: names of parameters and the like, which are no momenta whatever they look like.
+    ``taken``: names of parameters and the like, which are not momenta whatever they look like.
     """
     found: dict[str, str] = {}
     for setting in settings_of(it.question):
@@ -313,6 +324,8 @@ def _energy(setting: QuestionSetting, given: object, problem: Problem) -> float:
 
 def _frequencies(setting: QuestionSetting, given: Any, problem: Problem) -> Frequencies:
     """Read ``1 Hz .. 100 Hz, 50``, ``{1, 2, 5} Hz``, or numbers in rad per unit of time. Cycles are told from radians by ``Hz``."""
+    from .ranges import unit_of_the_other
+
     if not isinstance(given, str):
         several = plain(given)
         listed = several if isinstance(several, Iterable) else (several,)
@@ -380,3 +393,17 @@ _READ: Mapping[str, Callable[[QuestionSetting, Any, Problem], object]] = {
     **OF_ENSEMBLES,
 }
 """How each kind of setting (``runtime/settings.py``) is read."""
+
+
+def chosen_pairs(wanted: Iterable[str], known: Sequence[str]) -> tuple[str, ...]:
+    """Return the quantities that are meant, with pairs ``a:b`` of one over another. Raises UsageMistake."""
+    names: list[str] = []
+    for name in wanted:
+        across, colon, up = name.partition(":")
+        ends = chosen_names([across], known), chosen_names([up], known) if colon else ()
+        if colon and len(ends[0]) != len(ends[1]):
+            raise UsageMistake(
+                f"'{across}' and '{up}' have different numbers of elements", "name one of each"
+            )
+        names += [f"{a}:{b}" for a, b in zip(*ends, strict=True)] if colon else ends[0]
+    return tuple(dict.fromkeys(names))

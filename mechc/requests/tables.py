@@ -143,7 +143,7 @@ def _sheet(name: str, heads: list[tuple[str, str]], columns: list[Any]) -> Sheet
     try:
         arrays = [np.asarray(column, dtype=np.float64) for column in columns]
     except (TypeError, ValueError) as error:
-        raise UsageMistake(f"the data hold what is no number: {error}") from None
+        raise UsageMistake(f"the data hold what is not a number: {error}") from None
     sizes = {array.shape for array in arrays}
     if len(sizes) > 1 or any(array.ndim != 1 for array in arrays):
         listed = ", ".join(f"'{head}' {array.shape}" for (head, _), array in zip(heads, arrays, strict=True))

@@ -82,8 +82,8 @@ async function makeEngine(module, info) {
       if (drives && (span.begin < first - slack || span.stop > last + slack)) return `the table of ${name} reaches from ${shortest(first)} to ${shortest(last)}, the run from ${shortest(span.begin)} to ${shortest(span.stop)}: beyond its ends what it drives would stand still at once`;
     }
     if (!(span.tolerance > 0 && span.tolerance < 1)) return `the tolerance would be ${shortest(span.tolerance)}`;
-    if (share < 1) e.web_times(span.begin, span.begin, span.begin + share * (span.stop - span.begin));
-    else e.web_times(span.begin, span.start, span.stop);
+    const end = share < 1 ? span.begin + share * (span.stop - span.begin) : span.stop;
+    e.web_times(span.begin, end < span.start ? span.begin : span.start, end);
     return '';
   }
 
@@ -107,7 +107,8 @@ async function makeEngine(module, info) {
   }
 
   function error(n) {
-    const count = e.web_again(span.tolerance * info.companion, info.method, span.step / 2, span.maxStep / 2);
+    const begun = performance.now(), count = e.web_again(span.tolerance * info.companion, info.method, span.step / 2, span.maxStep / 2);
+    const ms = performance.now() - begun;
     if (count < 0) return null;
     const a = reals('rows', n * ny), b = reals('other', n * ny), size = reals('nominal', ny);
     const byState = new Float64Array(ny), trusted = new Array(ny).fill(Math.min(n, count));
@@ -123,7 +124,7 @@ async function makeEngine(module, info) {
       }
       if (atEnd > largest) largest = atEnd;
     }
-    return {largest, atEnd, byState, trusted};
+    return {largest, atEnd, byState, trusted, ms};
   }
 
   /** Sets values and finds a start; says why there is none. */
@@ -192,7 +193,7 @@ async function makeEngine(module, info) {
 
   return {
     /** `share`: of the time of the experiment; `pull`: what a hand asks of the start, whose values are `pulled` then. */
-    run({pull, ...asked}, share = 1) {
+    run({pull, share = 1, ...asked}) {
       if (!pull) return this.go(asked, share);
       const pulled = pulledStates(pull, asked);
       return {...this.go({...asked, states: pulled ?? asked.states}, share), pulled};
@@ -210,7 +211,7 @@ async function makeEngine(module, info) {
         events.push({t: kinds.getFloat64(at, true), kind: kinds.getInt32(at + 16, true), index: kinds.getInt32(at + 20, true)});
       }
       const run = {
-        n, status, ms, events, start: span.start, stop: span.stop, reached: e.web_reached(), steps: e.web_steps(), ny, nOut, nScene,
+        n, status, ms, events, share, begin: span.begin, start: span.start, stop: span.stop, reached: e.web_reached(), steps: e.web_steps(), ny, nOut, nScene,
         t: reals('grid', n).slice(), y: reals('rows', n * ny).slice(), out: reals('outs', n * nOut).slice(),
         scene: reals('scenes', n * nScene).slice(), nominal: reals('nominal', ny).slice(), y0: reals('y0', ny).slice(), p: reals('p', np).slice(),
         u: reals('u', nu).map((v, k) => flags('uSet', nu)[k] ? v : NaN),

@@ -263,8 +263,6 @@ class PageFacts(Struct, frozen=True, kw_only=True):
 
     # ------------------------------------------------------------ what is shown first
 
-    # ------------------------------------------------------------ what is shown first
-
     def curves(self, extents: Extents) -> list[str]:
         """Return the quantities whose curves are shown first: coordinates of one unit, those that move if any do."""
         first = [

@@ -22,7 +22,7 @@ function readLink(hash, names) {
     }
     const isName = names.has(name), value = text.trim() ? Number(text) : NaN;
     if (!isName && name !== TIME_KEY) found.wrong.push(`The link sets ‘${name}’, which this page does not have.`);
-    else if (!Number.isFinite(value)) found.wrong.push(`The link sets ‘${name}’ to ‘${text}’, which is no number.`);
+    else if (!Number.isFinite(value)) found.wrong.push(`The link sets ‘${name}’ to ‘${text}’, which is not a number.`);
     else if (isName) found.values.set(name, value);
     else found.time = value;
   }

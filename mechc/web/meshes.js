@@ -20,17 +20,18 @@ function join(...parts) {
   }
   return all;
 }
-const turned = (profile) => surface(1, 40, (s, t) => { const [x, r] = profile(s), a = 2 * Math.PI * t; return [x, r * Math.sin(a), r * Math.cos(a)]; });
+const turned = (profile, n) => surface(1, n, (s, t) => { const [x, r] = profile(s), a = 2 * Math.PI * t; return [x, r * Math.sin(a), r * Math.cos(a)]; });
 function boxMesh() {
   const faces = [];
   for (let k = 0; k < 3; k++) for (const side of [-0.5, 0.5])
     faces.push(surface(1, 1, (s, t) => { const p = [0, 0, 0]; p[k] = side; p[(k + 1) % 3] = s - 0.5; p[(k + 2) % 3] = (side > 0 ? 1 : -1) * (t - 0.5); return p; }));
   return join(...faces);
 }
+/** By kind; round ones have fewer triangles the coarser they are. */
 const MESHES = {
   box: boxMesh,
-  cylinder: () => join(turned(s => [s - 0.5, 1]), turned(s => [-0.5, s]), turned(s => [0.5, 1 - s])),
-  cone: () => join(turned(s => [s - 0.5, 1 - s]), turned(s => [-0.5, s])),
-  sphere: () => surface(24, 40, (s, t) => { const a = Math.PI * s, b = 2 * Math.PI * t; return [-Math.cos(a), Math.sin(a) * Math.sin(b), Math.sin(a) * Math.cos(b)]; }),
-  torus: () => surface(48, 16, (s, t) => { const a = 2 * Math.PI * s, b = 2 * Math.PI * t, r = 1 + 0.1 * Math.cos(b); return [0.1 * Math.sin(b), r * Math.sin(a), r * Math.cos(a)]; }),
+  cylinder: c => join(turned(s => [s - 0.5, 1], 40 / c), turned(s => [-0.5, s], 40 / c), turned(s => [0.5, 1 - s], 40 / c)),
+  cone: c => join(turned(s => [s - 0.5, 1 - s], 40 / c), turned(s => [-0.5, s], 40 / c)),
+  sphere: c => surface(24 / c, 40 / c, (s, t) => { const a = Math.PI * s, b = 2 * Math.PI * t; return [-Math.cos(a), Math.sin(a) * Math.sin(b), Math.sin(a) * Math.cos(b)]; }),
+  torus: c => surface(48 / c, 16 / c, (s, t) => { const a = 2 * Math.PI * s, b = 2 * Math.PI * t, r = 1 + 0.1 * Math.cos(b); return [0.1 * Math.sin(b), r * Math.sin(a), r * Math.cos(a)]; }),
 };

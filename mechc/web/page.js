@@ -4,6 +4,7 @@ const number = v => { const t = String(+v.toPrecision(4)); return !Number.isFini
 const EVENT_KINDS = ['when', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engage'];
 const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a8f96', '#5a6068'], dark: ['#6ea8de', '#ef8a70', '#76c294', '#b79be0', '#e0b75a', '#6cc8cf', '#a9b3be']};
 
+const HURRY = 15;  // milliseconds in which a motion is integrated while something is dragged
 const GAUGES = ['bead', 'dial'];
 
 /** The numbers of the picture at any time, and the box that all motion lies in. */
@@ -94,7 +95,7 @@ async function start(info, parts) {
   if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
   const curves = makePlot($('plot'), {onTime: t => { playing(false); go(t); }, ink}), phase = makePhase($('phase'), {ink});
   const shown = new Set(info.curves);
-  let play = false, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0, resume = false, pulling = null, hand = null;
+  let play = false, whole = {}, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0, resume = false, pulling = null, hand = null;
 
   // ------------------------------------------------------------ settings
   const sliders = [];
@@ -150,9 +151,11 @@ async function start(info, parts) {
     if (asked > answered) { waiting = dragging; return; }  // the newest setting is asked once this one is answered
     const id = ++asked;
     const begun = performance.now();
-    const pull = pulling;
+    const pull = pulling, {run: old} = state;
     pulling = null;
-    ask(pull ? {...settings(), pull} : settings(), dragging, run => {
+    // long motions are not integrated to their end under a hand or a slider that moves, but to the time shown
+    const share = dragging && !play && old && whole.ms > HURRY ? Math.min(1, Math.max(HURRY / whole.ms, (state.time - old.begin) / (old.stop - old.begin))) : 1;
+    ask({...settings(), share, ...pull && {pull}}, dragging, run => {
       answered = id;
       state.ms.push(performance.now() - begun);
       if (run.pulled) for (const s of sliders) if (s.group === 'states' && s.index in run.pulled) s.show(run.pulled[s.index]);
@@ -163,6 +166,7 @@ async function start(info, parts) {
   function note(text) { $('note').textContent = [state.wrong, text].filter(Boolean).join(' '); }
   function tellError(error) {
     state.error = error;
+    if (error?.ms < whole.ms) whole.ms = error.ms;  // the first run compiles what it calls; this one is as long
     const {run} = state, last = run && error?.trusted ? Math.min(...info.states.map((q, k) => trusted({of: 'y', k}))) : Infinity;
     $('error').textContent = error ? `${error.largest.toExponential(1)} (end ${error.atEnd.toExponential(1)})${last < run?.n ? `; pale: off by more than 1 %, from ${number(run.t[last])} ${info.second}` : ''}` : 'unknown: the second run failed';
     if (run) draw();
@@ -206,11 +210,12 @@ async function start(info, parts) {
     fail(run);
     if (!run.n) return;
     run.all ??= {n: run.n, t: run.t, y: run.y, out: run.out, row: null};  // a recorded page has the rows of its grid alone
+    if (run.share === 1) whole = {ms: run.ms, end: run.all.t.at(-1)};
     state.run = run; state.runs++;
     for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
     Object.assign($('time'), {min: run.start, max: run.stop});
     moving = motion(run, plan);
-    if (scene && !hand?.holds()) scene.fit(moving.box());
+    if (scene && !hand?.holds() && run.share === 1) scene.fit(moving.box());
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${number(run.cut)}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
     $('energy').textContent = balance ? `${(balance.worst / info.joule[1]).toExponential(1)} ${info.joule[0]}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
@@ -233,7 +238,7 @@ async function start(info, parts) {
     const {run} = state, names = [...shown];
     if (!run) return;
     const named = q => q.shown ? `${q.name} / ${q.shown}` : q.name;
-    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: named(q), data: series(q), stride: 1, offset: 0, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second);
+    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: named(q), data: series(q), stride: 1, offset: 0, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)));
     const a = column($('across').value), b = column($('up').value);
     phase.set(series(a), series(b), named(a), named(b), Math.min(trustedRows(a), trustedRows(b)));
     $('events').textContent = run.events.length ? `${run.events.length} events: ${Object.entries(run.events.reduce((m, e) => ({...m, [EVENT_KINDS[e.kind]]: (m[EVENT_KINDS[e.kind]] || 0) + 1}), {})).map(([k, v]) => `${v} ${k}`).join(', ')}` : 'none';
@@ -319,7 +324,7 @@ async function start(info, parts) {
   dark.addEventListener('change', () => { paint(); if (state.run) { draw(); go(state.time); } });
 
   // ------------------------------------------------------------ begin
-  Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', shapes: plan.shapes, project: p => scene?.project(p), columns, info, integrate, values: k => Array.from(moving.values(k))});
+  Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', shapes: plan.shapes, project: p => scene?.project(p), columns, info, integrate, idle: () => asked === answered && waiting === null, values: k => Array.from(moving.values(k))});
   if (live) {
     // who holds the page in a frame may run it, too: the playground has a worker that waits for the next text
     ask = parts.wasm ? await makeRunner(() => startWorker($('engine').textContent), await unpack(parts.wasm), info) : await frameElement.runner(info);
@@ -328,7 +333,7 @@ async function start(info, parts) {
     const raw = await unpack(parts.rows), n = info.rows, wide = info.states.length, outs = info.outputs.length, m = plan.nScene;
     const all = Float64Array.from(new Float32Array(raw)); let at = 0; const take = k => all.subarray(at, at += k);
     stands = recall();
-    show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop, start: info.start, stop: info.stop});
+    show({n, ny: wide, nOut: outs, nScene: m, t: take(n), y: take(n * wide), out: take(n * outs), scene: take(n * m), events: info.events, status: 1, share: 1, ms: info.ms, steps: info.steps, error: info.error, reached: info.stop, start: info.start, stop: info.stop});
   }
   if (live && scene && info.starts.length + info.turns.length) hand = makeHand(scene, plan, {
     at: () => state.run && moving,

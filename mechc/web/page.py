@@ -48,13 +48,19 @@ def page(
 
     Raises SimulationError where the run cannot begin, BuildError, UsageMistake for a curve and for an input that drives without a table.
     """
+    given = {"estimate_error": recorded, **(options or {})}  # live pages estimate their own errors
+    return page_of(run_for_page(model, set or {}, experiment, given), recorded=recorded)
+
+
+def run_for_page(
+    model: CompiledModel, set: Mapping[str, Given], experiment: str | None, options: Mapping[str, Any]
+) -> RunFacts:
+    """Run a model for its page. Raises what ``page`` raises."""
     from .run_facts import facts_of  # it brings NumPy
 
     refuse_curve(model)
-    refuse_driving_inputs(model, "a page", (options or {}).get("inputs") or ())
-    given = {"estimate_error": recorded, **(options or {})}  # live pages estimate their own errors
-    facts = facts_of(model.keeping({*model.compilation.parts, "scene"}), set or {}, experiment, given)
-    return page_of(facts, recorded=recorded)
+    refuse_driving_inputs(model, "a page", options.get("inputs") or ())
+    return facts_of(model.keeping({*model.compilation.parts, "scene"}), set, experiment, options)
 
 
 def refuse_curve(model: CompiledModel) -> None:
@@ -71,9 +77,12 @@ def page_of(facts: RunFacts, *, recorded: bool = False) -> str:
     info = facts.told(recorded=recorded)
     if recorded:
         return joined(facts, info, {"rows": packed(facts.rows()), **equations_of(facts)})
+    return joined(facts, info, {"wasm": packed(module_of_run(facts).module), **equations_of(facts)})
 
-    program = with_own_sizes(program_of(facts), facts.solution)
-    return joined(facts, info, {"wasm": packed(module_of(facts, program).module), **equations_of(facts)})
+
+def module_of_run(facts: RunFacts) -> Linked:
+    """Return the module that a page runs, with the sizes of a native run."""
+    return module_of(facts, with_own_sizes(program_of(facts), facts.solution))
 
 
 def program_of(facts: PageFacts) -> Program:
@@ -89,7 +98,7 @@ def module_of(facts: PageFacts, program: Program) -> Linked:
 
 
 MOST_OPERATIONS, MOST_SIGNS = 500, 60_000
-"""Of all functions of a model whose equations a page shows, and of these: larger ones are no reading, and take long to be printed."""
+"""Of all functions of a model whose equations a page shows, and of these: nobody reads larger ones, and they take long to be printed."""
 
 
 def equations_of(facts: PageFacts) -> dict[str, str]:
@@ -109,14 +118,14 @@ def equations_of(facts: PageFacts) -> dict[str, str]:
     return {"equations": packed(f"{sections}{told}".encode())}
 
 
-def joined(facts: PageFacts, info: dict[str, object], parts: dict[str, str]) -> str:
+def joined(facts: PageFacts, info: dict[str, object], parts: Mapping[str, object]) -> str:
     """Return the text of a page that holds ``parts``."""
     size = facts.scene.size if facts.scene.shapes else 2
     held = {"scripts": _scripts(size), "info": packed(as_json(info).encode())}
     texts = {
         "TITLE": html.escape(facts.model.name),
         "DOC": html.escape(facts.model.doc),
-        "PARTS": json.dumps(held | parts),
+        "PARTS": json.dumps({**held, **parts}),
     }
     return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], page_text("page.html"))
 
@@ -139,7 +148,7 @@ def page_text(name: str) -> str:
 
 
 def as_json(info: dict[str, object]) -> str:
-    """Return data as JSON: what is no number is null."""
+    """Return data as JSON: what is not a number is null."""
     return json.dumps(_finite(info), ensure_ascii=False, separators=(",", ":"), allow_nan=False)
 
 

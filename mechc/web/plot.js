@@ -21,7 +21,7 @@ function inTwo(c, n, trusted, point) {
 function makePlot(canvas, {onTime, ink}) {
   const context = canvas.getContext('2d'), marker = canvas.parentNode.appendChild(document.createElement('div'));
   marker.className = 'marker';
-  let x = new Float64Array(0), curves = [], events = [], second = 's', low = 0, high = 1, frame = {l: 58, r: 12, t: 22, b: 30}, w = 0, h = 0;
+  let x = new Float64Array(0), curves = [], events = [], second = 's', end = 1, low = 0, high = 1, frame = {l: 58, r: 12, t: 22, b: 30}, w = 0, h = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const LINE = 15, MOST_LINES = 3;
   /** Where the names stand above the curves, on as many lines as they need; what has no room on the last one is counted there. */
@@ -30,14 +30,14 @@ function makePlot(canvas, {onTime, ink}) {
     const places = [];
     for (const {name} of curves) {
       const wide = 30 + c.measureText(name).width;
-      if (places.length && x + wide > w + 12) { x = frame.l; line++; }
+      if (places.length && x + wide > w + 8) { x = frame.l; line++; }
       if (line === MOST_LINES) break;
       places.push([x, line]); x += wide;
     }
     frame.t = 22 + LINE * (places.at(-1)?.[1] ?? 0);
     return places;
   }
-  const px = v => frame.l + (v - x[0]) / (x[x.length - 1] - x[0] || 1) * (w - frame.l - frame.r);
+  const px = v => frame.l + (v - x[0]) / (end - x[0] || 1) * (w - frame.l - frame.r);
   const py = v => h - frame.b - (v - low) / (high - low) * (h - frame.t - frame.b);
 
   function drawStill() {                      // axes and curves; the marker is an element of its own
@@ -48,7 +48,7 @@ function makePlot(canvas, {onTime, ink}) {
     c.setTransform(scale, 0, 0, scale, 0, 0);
     c.clearRect(0, 0, w, h);
     c.font = '12px system-ui, sans-serif'; c.lineWidth = 1;
-    const places = legend(c), vertical = ticks(low, high, Math.max(2, (h - frame.t) / 40)), horizontal = ticks(x[0], x[x.length - 1], w / 90);
+    const places = legend(c), vertical = ticks(low, high, Math.max(2, (h - frame.t) / 40)), horizontal = ticks(x[0], end, w / 90);
     c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
     c.textAlign = 'right'; c.textBaseline = 'middle';
     for (const v of vertical.found) {
@@ -58,7 +58,8 @@ function makePlot(canvas, {onTime, ink}) {
     c.textAlign = 'center'; c.textBaseline = 'top';
     for (const v of horizontal.found) {
       c.beginPath(); c.moveTo(px(v), frame.t); c.lineTo(px(v), h - frame.b); c.stroke();
-      c.fillText(label(v, horizontal), px(v), h - frame.b + 4);
+      const text = label(v, horizontal);
+      c.fillText(text, Math.min(px(v), w - c.measureText(text).width / 2 - 1), h - frame.b + 4);  // the last one stays whole
     }
     c.fillText(second ? `time / ${second}` : 'time', w - frame.r - 30, h - 14);
     c.strokeStyle = style('--event'); c.beginPath();
@@ -88,14 +89,14 @@ function makePlot(canvas, {onTime, ink}) {
 
   const pick = event => {
     const share = (event.offsetX - frame.l) / (canvas.clientWidth - frame.l - frame.r);
-    onTime(x[0] + Math.min(1, Math.max(0, share)) * (x[x.length - 1] - x[0]));
+    onTime(x[0] + Math.min(1, Math.max(0, share)) * (end - x[0]));
   };
   canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); pick(e); });
   canvas.addEventListener('pointermove', e => e.buttons && pick(e));
   new ResizeObserver(() => x.length && canvas.clientWidth && drawStill()).observe(canvas);
   return {
-    set(abscissa, list, marks, unit) {
-      x = abscissa; curves = list; events = marks; second = unit; low = Infinity; high = -Infinity;
+    set(abscissa, list, marks, unit, last) {
+      x = abscissa; curves = list; events = marks; second = unit; end = last; low = Infinity; high = -Infinity;
       for (const {data, stride, offset} of curves)
         for (let i = 0; i < x.length; i++) { const v = data[i * stride + offset]; if (v < low) low = v; if (v > high) high = v; }
       if (!(high >= low)) { low = 0; high = 1; }

@@ -1,20 +1,19 @@
 // The scene in space on WebGL2: solids with light and shadow on the ground, thick lines, grid, labels, a camera around it.
 
 const SOLID = [`#version 300 es
-in vec3 point, normal; uniform mat4 view, model; out vec3 n, w;
-void main() { vec4 q = model * vec4(point, 1.0); w = q.xyz; mat3 m = mat3(model);
-  n = transpose(inverse(m)) * normal; gl_Position = view * q; }`, `#version 300 es
-precision highp float; in vec3 n, w; uniform vec4 colour; uniform vec3 eye, up; uniform float flatness; out vec4 o;
+in vec3 point, normal, tint; in mat4 model; uniform mat4 view, onto; out vec3 n, w, hue;
+void main() { vec4 q = onto * model * vec4(point, 1.0); w = q.xyz; mat3 m = mat3(model);
+  n = transpose(inverse(m)) * normal; hue = tint; gl_Position = view * q; }`, `#version 300 es
+precision highp float; in vec3 n, w, hue; uniform vec3 eye, up; uniform float dark; out vec4 o;
 void main() { vec3 a = normalize(n), v = normalize(eye - w), l = normalize(0.8 * up + v + vec3(0.35, 0.2, 0.25));
   float d = max(dot(a, l), 0.0), h = 0.5 + 0.5 * dot(a, up), s = pow(max(dot(a, normalize(l + v)), 0.0), 48.0);
-  vec3 lit = colour.rgb * (0.36 + 0.24 * h + 0.56 * d) + 0.18 * s;
-  o = vec4(mix(lit, colour.rgb, flatness), 1.0) * colour.a; }`];
+  o = dark > 0.0 ? vec4(0.0, 0.0, 0.0, dark) : vec4(hue * (0.36 + 0.24 * h + 0.56 * d) + 0.18 * s, 1.0); }`];
 const LINE = [`#version 300 es
-in vec3 a, b; in float fade; uniform mat4 view; uniform vec2 size; uniform float width; out float f;
+in vec3 a, b; in float fade, far; uniform mat4 view; uniform vec2 size; uniform float width; out float f;
 void main() { vec4 p = view * vec4(a, 1.0), q = view * vec4(b, 1.0); vec2 d = (q.xy / q.w - p.xy / p.w) * size;
   vec2 e = length(d) > 1e-6 ? normalize(d) : vec2(1.0, 0.0); int k = gl_VertexID;
   vec4 r = k < 2 ? p : q; float s = (k & 1) == 0 ? -1.0 : 1.0;
-  r.xy += (s * vec2(-e.y, e.x) + (k < 2 ? -0.5 : 0.5) * e) * width / size * r.w; f = fade; gl_Position = r; }`, `#version 300 es
+  r.xy += (s * vec2(-e.y, e.x) + (k < 2 ? -0.5 : 0.5) * e) * width / size * r.w; f = k < 2 ? fade : far; gl_Position = r; }`, `#version 300 es
 precision highp float; in float f; uniform vec4 colour; out vec4 o;
 void main() { o = vec4(colour.rgb, 1.0) * colour.a * f; }`];
 
@@ -26,8 +25,8 @@ function program(gl, [vertex, fragment]) {
     if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw Error(gl.getShaderInfoLog(shader));
     gl.attachShader(p, shader);
   }
-  ['point', 'normal'].forEach((name, i) => gl.bindAttribLocation(p, i, name));
-  ['a', 'b', 'fade'].forEach((name, i) => gl.bindAttribLocation(p, i, name));
+  ['point', 'normal', 'tint', 'model'].forEach((name, i) => gl.bindAttribLocation(p, i, name));
+  ['a', 'b', 'fade', 'far'].forEach((name, i) => gl.bindAttribLocation(p, i, name));
   gl.linkProgram(p);
   return new Proxy({program: p}, {get: (o, name) => name in o ? o[name] : (o[name] = gl.getUniformLocation(p, name))});
 }
@@ -35,29 +34,35 @@ const rgb = text => [1, 3, 5].map(i => parseInt(text.slice(i, i + 2), 16) / 255)
 
 function makeStage(host, {up = [0, 0, 1]}) {
   let ground = null;
-  const canvas = host.appendChild(document.createElement('canvas')), gl = canvas.getContext('webgl2', {antialias: true, alpha: true, stencil: true, preserveDrawingBuffer: true});
+  const canvas = host.appendChild(document.createElement('canvas')), gl = canvas.getContext('webgl2', {antialias: true, alpha: true, stencil: true});
   if (!gl) throw Error('no WebGL2');
   const solid = program(gl, SOLID), stroke = program(gl, LINE), meshes = {}, solids = [], lines = [], labels = [];
   const side = unit(cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), ahead = cross(side, up);
 
-  function mesh(kind, own) {
-    if (meshes[kind]) return meshes[kind];
-    const {points, normals, index} = own || MESHES[kind](), vao = gl.createVertexArray();
+  function mesh(kind, own, coarse = 1) {
+    const key = kind + (coarse > 1 ? coarse : '');
+    if (meshes[key]) return meshes[key];
+    const {points, normals, index} = own || MESHES[kind](coarse), vao = gl.createVertexArray();
     gl.bindVertexArray(vao);
     [points, normals].forEach((data, i) => {
       gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.STATIC_DRAW);
       gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, 3, gl.FLOAT, false, 0, 0);
     });
+    const each = gl.createBuffer(); // a row for each solid of this mesh: colour, and the columns of its matrix
+    gl.bindBuffer(gl.ARRAY_BUFFER, each);
+    [[2, 3, 0], [3, 4, 12], [4, 4, 28], [5, 4, 44], [6, 4, 60]].forEach(([i, n, offset]) => {
+      gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, n, gl.FLOAT, false, 76, offset); gl.vertexAttribDivisor(i, 1);
+    });
     gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(index), gl.STATIC_DRAW);
     gl.bindVertexArray(null);
-    return meshes[kind] = {vao, n: index.length};
+    return meshes[key] = {vao, n: index.length, each, rows: []};
   }
   /** Segments (or a strip) of rows x, y, z, fade. */
   function line(colour, width = 2, strip = true) {
     const vao = gl.createVertexArray(), buffer = gl.createBuffer();
     gl.bindVertexArray(vao); gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
     const stride = strip ? 16 : 32;
-    [[0, 3, 0], [1, 3, 16], [2, 1, 12]].forEach(([i, n, offset]) => {
+    [[0, 3, 0], [1, 3, 16], [2, 1, 12], [3, 1, 28]].forEach(([i, n, offset]) => {
       gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, n, gl.FLOAT, false, stride, offset); gl.vertexAttribDivisor(i, 1);
     });
     gl.bindVertexArray(null);
@@ -73,11 +78,10 @@ function makeStage(host, {up = [0, 0, 1]}) {
     ground = height;
     const rows = [], N = 10, step = size / 8, o = up.map((v, i) => v * ground + (v ? 0 : target[i]));
     const p = (i, j) => o.map((v, k) => v + step * (i * side[k] + j * ahead[k]));
-    for (let i = -N; i <= N; i++) for (const q of [(a, b) => p(a, b), (a, b) => p(b, a)])
-      for (let j = -N; j < N; j++) {
-        const f = k => Math.max(0, 1 - Math.hypot(i, k) / N);
-        rows.push(...q(i, j), f(j), ...q(i, j + 1), f(j + 1));
-      }
+    for (let i = 1 - N; i < N; i++) for (const q of [(a, b) => p(a, b), (a, b) => p(b, a)]) {
+      const end = Math.sqrt(N * N - i * i), faded = k => [...q(i, k), 1 - Math.hypot(i, k) / N];  // fewest pieces: each costs as much as a triangle
+      for (let j = -2; j < 2; j++) rows.push(...faded(j / 2 * end), ...faded((j + 1) / 2 * end));
+    }
     floor.set(new Float32Array(rows));
   }
   let view, eye = [0, 0, 0], size = [1, 1];
@@ -131,6 +135,11 @@ function makeStage(host, {up = [0, 0, 1]}) {
   canvas.addEventListener('wheel', e => { e.preventDefault(); camera.moved = true; camera.distance *= Math.exp(e.deltaY * 0.001); draw(); }, {passive: false});
   new ResizeObserver(() => draw()).observe(host);
 
+  /** The mesh of a round solid, coarser the fewer pixels it has. */
+  function seen({kind, mesh: whole, matrix: m}) {
+    const r = Math.hypot(m[8], m[9], m[10]) / Math.hypot(m[12] - eye[0], m[13] - eye[1], m[14] - eye[2]);
+    return r * size[1] > 20 || !MESHES[kind]?.length ? whole : mesh(kind, null, 4);
+  }
   function draw() {
     const scale = Math.min(devicePixelRatio || 1, 2);
     size = [host.clientWidth, host.clientHeight];
@@ -139,12 +148,11 @@ function makeStage(host, {up = [0, 0, 1]}) {
     gl.viewport(0, 0, canvas.width, canvas.height); gl.clearColor(0, 0, 0, 0); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST); gl.enable(gl.BLEND); gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
     gl.useProgram(solid.program);
-    gl.uniformMatrix4fv(solid.view, false, view); gl.uniform3fv(solid.eye, eye); gl.uniform3fv(solid.up, up); gl.uniform1f(solid.flatness, 0);
-    for (const {mesh, matrix, colour} of solids) {
-      if (!matrix) continue;
-      gl.bindVertexArray(mesh.vao); gl.uniformMatrix4fv(solid.model, false, matrix); gl.uniform4f(solid.colour, ...colour, 1);
-      gl.drawElements(gl.TRIANGLES, mesh.n, gl.UNSIGNED_INT, 0);
-    }
+    gl.uniformMatrix4fv(solid.view, false, view); gl.uniform3fv(solid.eye, eye); gl.uniform3fv(solid.up, up);
+    for (const mesh of Object.values(meshes)) mesh.rows = [];
+    for (const item of solids) if (item.matrix) seen(item).rows.push(...item.colour, ...item.matrix);
+    for (const {each, rows} of Object.values(meshes)) { gl.bindBuffer(gl.ARRAY_BUFFER, each); gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(rows), gl.DYNAMIC_DRAW); }
+    fill(at([0, 0, 0], 1), 0);
     if (ground !== null) shadows();
     gl.useProgram(stroke.program); gl.uniformMatrix4fv(stroke.view, false, view); gl.uniform2f(stroke.size, canvas.width, canvas.height);
     gl.depthMask(false);
@@ -159,25 +167,24 @@ function makeStage(host, {up = [0, 0, 1]}) {
       l.element.style.transform = `translate(${(X + 1) / 2 * size[0]}px, ${(1 - Y) / 2 * size[1]}px)`;
     }
   }
+  function fill(onto, dark) {
+    gl.uniformMatrix4fv(solid.onto, false, onto); gl.uniform1f(solid.dark, dark);
+    for (const {vao, n, rows} of Object.values(meshes)) if (rows.length) { gl.bindVertexArray(vao); gl.drawElementsInstanced(gl.TRIANGLES, n, gl.UNSIGNED_INT, 0, rows.length / 19); }
+  }
   /** Solids flattened along the light onto the ground; the stencil darkens each pixel once. */
   function shadows() {
     const l = unit([up[0] * 2 + 0.35, up[1] * 2 + 0.2, up[2] * 2 + 0.25]), g = ground + camera.distance * 1e-3, k = 1 / dot(l, up);
     const m = new Float32Array(16);
     for (let j = 0; j < 4; j++) for (let i = 0; i < 3; i++) m[4 * j + i] = (i === j ? 1 : 0) - (j < 3 ? up[j] : -g) * l[i] * k;
     m[15] = 1;
-    gl.uniform1f(solid.flatness, 1); gl.uniform4f(solid.colour, 0, 0, 0, 0.16);
     gl.enable(gl.STENCIL_TEST); gl.stencilFunc(gl.EQUAL, 0, 255); gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR); gl.depthMask(false);
-    for (const {mesh, matrix} of solids) {
-      if (!matrix) continue;
-      gl.bindVertexArray(mesh.vao); gl.uniformMatrix4fv(solid.model, false, times(m, matrix));
-      gl.drawElements(gl.TRIANGLES, mesh.n, gl.UNSIGNED_INT, 0);
-    }
+    fill(m, 0.16);
     gl.disable(gl.STENCIL_TEST); gl.depthMask(true);
   }
   return {
     name: 'WebGL2', camera, project, under, draw, line, lay, canvas,
     solid(kind, colour, own) {
-      const item = {mesh: mesh(kind, own), matrix: null, colour: rgb(colour)};
+      const item = {kind, mesh: mesh(kind, own), matrix: null, colour: rgb(colour)};
       solids.push(item);
       return {pose(matrix) { item.matrix = matrix; }, paint(c) { item.colour = rgb(c); }};
     },

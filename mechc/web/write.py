@@ -33,7 +33,8 @@ def write_page(
         raise UsageMistake(f"a page ends with '.html', not '{path.suffix}'", f"as in -o {path.stem}.html")
     if path.is_dir() or (path.exists() and MARK not in _beginning(path)):
         raise UsageMistake(
-            f"there is a file '{path}' already, which is no page of mechc", "give another name, or remove it"
+            f"there is a file '{path}' already, which is not a page of mechc",
+            "give another name, or remove it",
         )
     text = page(model, recorded=recorded, experiment=experiment, options={"inputs": inputs} if inputs else {})
     path.parent.mkdir(parents=True, exist_ok=True)

@@ -18,9 +18,8 @@ from .mesh import Mesh
 from .newton import Factors, is_finite, norm_of
 from .posed import Posed
 from .search import DEGREE, FINER, FoundCurve, answer_of, marked_elements
-from .starts import evaluate, transferred
+from .starts import evaluate, spans, transferred
 from .unknowns import Unknowns
-from .wavy_guesses import spans
 
 MOST_POINTS = 400
 MOST_CORRECTIONS = 8
@@ -206,7 +205,7 @@ class CurveTracer:
         return self._on(p, mesh)
 
     def _on(self, p: CurvePoint, mesh: Mesh) -> CurvePoint | None:
-        """Return the nearest point of the branch on other elements: across it, so that folds are no hindrance."""
+        """Return the nearest point of the branch on other elements: across it, so that folds do not hinder it."""
         other = DiscreteCurve(p.discrete.problem, mesh, p.discrete.p, p.discrete.gauge)
         at = transferred(p.discrete, p.unknowns, other)
         tangent = transferred(p.discrete, p.tangent, other)

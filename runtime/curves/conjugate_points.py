@@ -7,12 +7,11 @@ from collections.abc import Callable
 import numpy as np
 
 from ..problem import Array
-from . import basis
+from .mesh import gauss
 from .posed import Posed
 from .search import FoundCurve
-from .starts import evaluate
+from .starts import evaluate, spans
 from .unknowns import Unknowns
-from .wavy_guesses import spans
 
 STEEP = 1e8
 """Slopes at which an integrand is asked how it grows, in sizes of the curve over the range."""
@@ -99,7 +98,7 @@ def jumping(posed: Posed, ends: tuple[float, float], limit: float) -> str:
     far = integrand(np.zeros(7), probe, 10 * STEEP * span) / (10 * STEEP * span)
     if not np.allclose(far, growth(0, probe, 1.0), rtol=1e-6, atol=0) or not np.isfinite(far).all():
         return ""
-    xi, weights = basis.gauss(40)
+    xi, weights = gauss(40)
 
     def value(level: float) -> float:
         total = float(np.sum(weights * integrand((1 + xi) / 2, np.full(len(xi), level), 0.0)) / 2)

@@ -9,8 +9,7 @@ import numpy as np
 from ..problem import Array
 from .posed import Posed
 from .search import Failed, FoundCurve, search
-from .starts import Source, evaluate
-from .wavy_guesses import spans, with_waves
+from .starts import Source, evaluate, spans, with_waves
 
 MOST = 12
 """Curves that are looked for."""

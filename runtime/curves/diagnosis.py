@@ -12,9 +12,8 @@ from .first_solution import value_of
 from .mesh import mesh_of
 from .newton import projected, stiffly
 from .posed import Posed
-from .starts import Source, beginning, ends_given, evaluate, gauge, undefined, with_numbers
+from .starts import Source, beginning, ends_given, evaluate, gauge, spans, undefined, with_numbers, with_waves
 from .unknowns import Unknowns
-from .wavy_guesses import spans, with_waves
 
 ELEMENTS, DEGREE = 6, 6
 MISSED = 1e-6
@@ -92,7 +91,7 @@ def begun(posed: Posed, source: Source, count: int) -> tuple[DiscreteCurve, Unkn
 
 
 def _dependent(discrete: DiscreteCurve, first: Unknowns) -> str:
-    """Say which conditions at ends are no further conditions."""
+    """Say which conditions at ends are not further conditions."""
     rows = discrete.curve.wholes
     z, y = discrete._z(first), np.zeros((discrete._height(), 1))
     by_numbers = np.zeros((len(rows) + 1, discrete.layout.unknown + discrete.layout.numbers))

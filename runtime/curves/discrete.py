@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from ..interface import CurveInterface
 from ..problem import Array, Problem
-from . import basis
-from .mesh import Mesh
+from .mesh import Mesh, gauss, lobatto
 from .unknowns import Layout, Unknowns, layout_of, local
 
 EXTRA = 4
@@ -55,10 +54,10 @@ class DiscreteCurve:
         self.functions: Mapping[str, Callable[..., Array]] = problem.functions
         depth = self.curve.depth
         count = mesh.degree + EXTRA
-        self.inner = MeshPlaces(*mesh.quadrature(self.curve.order, *basis.gauss(count), depth))
+        self.inner = MeshPlaces(*mesh.quadrature(self.curve.order, *gauss(count), depth))
         intervals = mesh.degree + 1 - self.curve.order
-        self.nodes = self._places(*basis.lobatto(intervals), self.curve.order)
-        self.rate_nodes = self._places(*basis.gauss(intervals), self.curve.order)
+        self.nodes = self._places(*lobatto(intervals), self.curve.order)
+        self.rate_nodes = self._places(*gauss(intervals), self.curve.order)
         self.number_s, self.number_functions = self._number_places()
         self.active_nodes: NDArray[np.bool_] = np.ones(
             (mesh.count, intervals + 1, len(self.layout.positions)), bool

@@ -50,7 +50,7 @@ def exchange_told(posed: Posed, swapped: Posed, answer: FoundCurve, why: str) ->
     if places:
         said += f"; the slope is infinite at {name} = {' and '.join(f'{p:.6g}' for p in places)}{' ' + unit if unit else ''}"
     if turns_back(answer.discrete, answer.solved):
-        said += f"; the curve turns back: it is no function of '{name}'"
+        said += f"; the curve turns back: it is not a function of '{name}'"
     return said
 
 

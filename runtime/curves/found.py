@@ -84,7 +84,7 @@ class CurveSolution:
             raise ValueError(f"the range goes from {a:g} to {b:g}")
         if self._posed.curve.exchanged:
             if turns_back(self._answer.discrete, self._answer.solved):
-                raise ValueError(f"the curve is no function of '{self.problem.time.name}': it turns back")
+                raise ValueError(f"the curve is not a function of '{self.problem.time.name}': it turns back")
             table = self._values(parameters_at(self._answer, at))
         else:
             s = (at - a) / (b - a)

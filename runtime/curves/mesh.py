@@ -1,16 +1,75 @@
-"""The elements of a curve over 0 <= s <= 1: their borders, and how places in them are spread where an end is steep."""
+"""The elements of a curve over 0 <= s <= 1: their borders, and how places in them are spread where an end is steep.
+
+The polynomials of one element on -1 <= xi <= 1 are Hermite functions of its two ends, and bubbles that vanish there. With
+``r`` continuous values (q and r - 1 derivatives) the bubbles are r-fold integrals of Legendre polynomials, which keeps the
+matrices well conditioned (Szabo, Babuska, Finite element analysis, 1991, ch. 3).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
 from msgspec import Struct
+from numpy.polynomial import legendre
 from numpy.typing import NDArray
 
 from ..problem import Array
-from . import basis
+
+
+@lru_cache(maxsize=32)
+def coefficients(degree: int, r: int) -> Array:
+    """Return the Legendre coefficients of the degree + 1 functions, a column each: r of the left end, r of the right, bubbles."""
+    table = np.zeros((degree + 1, degree + 1))
+    conditions = np.zeros((2 * r, 2 * r))
+    for j in range(2 * r):
+        unit = np.zeros(2 * r)
+        unit[j] = 1.0
+        for m in range(r):
+            derived = legendre.legder(unit, m) if m else unit
+            conditions[m, j] = legendre.legval(-1.0, derived)
+            conditions[r + m, j] = legendre.legval(1.0, derived)
+    table[: 2 * r, : 2 * r] = np.linalg.inv(conditions)
+    for column, k in enumerate(range(r, degree - r + 1), start=2 * r):
+        bubble: Array = np.zeros(k + 1)
+        bubble[k] = np.sqrt(2 * k + 1.0)
+        for _ in range(r):
+            bubble = np.asarray(legendre.legint(bubble, lbnd=-1), dtype=np.float64)
+        table[: len(bubble), column] = bubble
+    return table
+
+
+def values(degree: int, r: int, xi: Array, depth: int) -> Array:
+    """Return the functions and ``depth`` derivatives at places: shape (depth + 1, places, degree + 1)."""
+    table = coefficients(degree, r)
+    found = np.zeros((depth + 1, len(xi), degree + 1))
+    for k in range(depth + 1):
+        derived = legendre.legder(table, k) if k else table
+        found[k] = legendre.legval(xi, derived).T if len(derived) else 0.0
+    return found
+
+
+@lru_cache(maxsize=64)
+def gauss(count: int) -> tuple[Array, Array]:
+    """Return the places and weights of Gauss."""
+    return legendre.leggauss(count)
+
+
+@lru_cache(maxsize=64)
+def lobatto(intervals: int) -> tuple[Array, Array]:
+    """Return intervals + 1 places and weights of Lobatto, both ends among them."""
+    unit = np.zeros(intervals + 1)
+    unit[intervals] = 1.0
+    inner = np.sort(legendre.legroots(legendre.legder(unit)).real) if intervals > 1 else np.zeros(0)
+    for _ in range(3):  # the roots of the companion matrix, polished
+        slope = legendre.legval(inner, legendre.legder(unit, 2)) if intervals > 1 else 1.0
+        inner = inner - legendre.legval(inner, legendre.legder(unit)) / slope if intervals > 1 else inner
+    places = np.concatenate([[-1.0], inner, [1.0]])
+    weights = 2.0 / (intervals * (intervals + 1) * legendre.legval(places, unit) ** 2)
+    return places, weights
+
 
 POWER = 2
 """Of s by which integrals over an element with a steep end are spread: 1/sqrt(s) becomes constant."""
@@ -36,12 +95,12 @@ class Mesh(Struct, frozen=True, eq=False):
 
     def derivatives(self, r: int, xi: Array, depth: int) -> Array:
         """Return the functions of each element and their derivatives by s: shape (depth + 1, elements, places, functions)."""
-        return self._scaled(r, basis.values(self.degree, r, xi, depth)[:, None], slice(None))
+        return self._scaled(r, values(self.degree, r, xi, depth)[:, None], slice(None))
 
     def values_in(self, element: NDArray[np.int64], r: int, xi: Array, depth: int) -> Array:
         """Return the functions at one place in each of some elements: shape (depth + 1, places, functions)."""
         half = np.diff(self.nodes)[element, None] / 2
-        found = basis.values(self.degree, r, xi, depth)
+        found = values(self.degree, r, xi, depth)
         for k in range(1, depth + 1):
             found[k] /= half**k
         for m in range(1, r):
@@ -73,7 +132,7 @@ class Mesh(Struct, frozen=True, eq=False):
             s[rows] = right - near if side > 0 else left + near
             spread[rows] = weights * (right - left) * POWER * eta ** (POWER - 1) / 2
             inside = side * (1 - 2 * eta**POWER)
-            functions[:, rows] = self._scaled(r, basis.values(self.degree, r, inside, depth)[:, None], rows)
+            functions[:, rows] = self._scaled(r, values(self.degree, r, inside, depth)[:, None], rows)
         return s, functions, spread
 
     def find(self, s: Array) -> tuple[NDArray[np.int64], Array]:

@@ -15,9 +15,8 @@ from ..numerics.rank import GRADIENTS, null_space
 from ..problem import Array
 from .discrete import DiscreteCurve
 from .posed import Posed
-from .starts import densities, evaluate
+from .starts import densities, evaluate, spans
 from .unknowns import Unknowns, orders_of
-from .wavy_guesses import spans
 
 STEADY = 0.01
 """Part of its size by which a first integral may vary along a curve; measured: 1e-7 where curves are smooth, 5e-4 beside steep ends."""
@@ -117,13 +116,13 @@ def _legendre(posed: Posed, at: CurveSamples, kind: str) -> str:
     for k, c in signed:
         if basis[k].shape[1] == basis[signed[0][0]].shape[1] and c != signed[0][1]:
             return (
-                "this is no extremum, and nothing determines the curve across a place near "
+                "this is not an extremum, and nothing determines the curve across a place near "
                 f"{_place(posed, at, k)}: the second derivative of the integrand by the slope changes its sign there "
                 "(Legendre's condition)"
             )
         if wrong is not None and c[wrong]:
             return (
-                f"this is no {kind}: the second derivative of the integrand by the slope has the wrong sign at "
+                f"this is not a {kind}: the second derivative of the integrand by the slope has the wrong sign at "
                 f"{_place(posed, at, k)} (Legendre's condition)"
             )
     return ""

@@ -15,9 +15,18 @@ from .first_solution import Begun, Tried, bounded, first_from, said_of, value_of
 from .mesh import Mesh
 from .newton import Factors, Solved, newton
 from .posed import Posed
-from .starts import Source, evaluate, parameters_of, passed, transferred, turns_back, without_repeats
+from .starts import (
+    Source,
+    evaluate,
+    parameters_of,
+    passed,
+    spans,
+    transferred,
+    turns_back,
+    with_waves,
+    without_repeats,
+)
 from .unknowns import Unknowns
-from .wavy_guesses import spans, with_waves
 
 DEGREE = 10
 FINER = 2
@@ -33,8 +42,7 @@ ROUNDING = 2e-15
 class FoundCurve(Struct, eq=False):
     """A curve on its mesh: ``value`` of what is stationary, ``outputs`` at z (those that vary are NaN), how far both are from
     those of the mesh of lower degree, ``negative`` directions, Newton ``steps`` and ``unknowns`` in all, the ``size`` of the
-    terms of the value, with the guess or the curve; ``reached``: the elements are small enough for the tolerance;
-    ``directions_on``: the mesh on which directions were counted, if it is another one."""
+    terms of the value, with the guess or the curve; ``reached``: the elements are small enough for the tolerance."""
 
     discrete: DiscreteCurve
     solved: Unknowns
@@ -51,7 +59,6 @@ class FoundCurve(Struct, eq=False):
     remarks: list[str]
     size: float
     reached: bool = True
-    directions_on: Mesh | None = None
 
 
 class Failed(Exception):
@@ -129,7 +136,6 @@ def _adapted(posed: Posed, begun: Begun, degree: int, steps: int, remarks: list[
         first = answer_of(posed, begun.discrete, begun.unknowns, None, 0, 0, [])
         if first.definite:
             answer.negative, answer.free, answer.definite = first.negative, first.free, True
-            answer.directions_on = begun.discrete.mesh
     return answer
 
 

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..numerics.rank import POSITIONS, rank
 from ..problem import Array
-from . import basis
 from .discrete import DiscreteCurve
+from .mesh import gauss, lobatto
 from .newton import projected
 from .posed import Posed
 from .unknowns import Unknowns, chebyshev, fitted
@@ -182,8 +182,8 @@ def densities(discrete: DiscreteCurve, unknowns: Unknowns, s: Array) -> Array:
     block = local(unknowns)
     intervals = discrete.mesh.degree + 1 - curve.order
     for which, where, nodes in (
-        (layout.positions, layout.node_place, basis.lobatto(intervals)[0]),
-        (layout.rates, layout.rate_place, basis.gauss(intervals)[0]),
+        (layout.positions, layout.node_place, lobatto(intervals)[0]),
+        (layout.rates, layout.rate_place, gauss(intervals)[0]),
     ):
         for m, k in enumerate(which):
             table = block[:, where[:, m]]
@@ -197,7 +197,7 @@ def _continue_to_borders(nodes: Array, table: Array) -> None:
     """Give borders the values that polynomials through the nodes inside have there.
 
     What a node on a border has beside it is a force at one place, as where a coordinate that follows from a condition has no
-    end of its own, or a corner; it is no part of the density. Where the condition rests it has no value at all.
+    end of its own, or a corner; it is not a part of the density. Where the condition rests it has no value at all.
     """
     inner = nodes[1:-1]
     apart = inner[:, None] - inner[None, :] + np.eye(len(inner))
@@ -302,3 +302,39 @@ def gauge(posed: Posed, source: Source) -> Array:
     spans = np.where(spans > 0, spans, max(float(spans.max()), 1e-3))
     weights: Array = 1 / spans**2
     return weights
+
+
+WAVES = (1, 2, 3)
+SHAPES = (np.sin, np.cos)
+SHARE = 0.6
+"""Of the range that a coordinate of its unit is taken to move."""
+
+
+def spans(posed: Posed, at: Array) -> Array:
+    """Return how far each coordinate ranges over places, (n, places); and for one of the unit of the range at
+    least a share of that;
+    zero for the independent variable itself."""
+    found = np.maximum(np.ptp(at, axis=1), 0.3 * np.max(np.abs(at), axis=1))
+    a, b = posed.range(posed.ends)
+    alike = [q.measure == posed.problem.time.measure for q in posed.problem.states[: len(found)]]
+    least = np.where(alike, SHARE * (b - a), 0.0)
+    size = np.where(found > 0, np.maximum(found, least), np.where(alike, b - a, float(found.max()) or 1.0))
+    if posed.curve.exchanged:
+        size[-1] = 0.0
+    return size
+
+
+def with_waves(source: Source, size: Array, shares: Sequence[float]) -> Iterator[tuple[str, Source]]:
+    """Yield a source with half waves added, as ``shares`` of ``size``, with words for each."""
+    for shape in SHAPES:
+        for wave in WAVES:
+            for share in shares:
+
+                def made(s: Array, share: float = share, wave: int = wave, shape: np.ufunc = shape) -> Array:
+                    added: Array = share * size[:, None] * shape(np.pi * wave * s)[None, :]
+                    return source(s) + added
+
+                sign = "+" if share > 0 else "-"
+                number = "" if wave == 1 else f"{wave} "
+                wave_text = f"{shape.__name__}({number}pi s)"
+                yield f"the guess {sign} {abs(share):g} {wave_text} of its size", made

@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 from ..interface import CurveInterface
 from ..numerics.rank import inverse
 from ..problem import Array
-from . import basis
-from .mesh import Mesh
+from .mesh import Mesh, lobatto
 
 
 class Unknowns(Struct, eq=False):
@@ -165,5 +164,5 @@ def _alike(functions: Array) -> bool:
 
 def chebyshev(count: int) -> Array:
     """Return places that are dense at both ends, the ends among them."""
-    places: Array = basis.lobatto(count - 1)[0]
+    places: Array = lobatto(count - 1)[0]
     return places

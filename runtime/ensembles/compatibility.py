@@ -11,8 +11,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from ..native.build import find_compiler
-from ..native.cache_key import processor
-from ..native.compiler import Compiler
+from ..native.compiler import Compiler, processor
 
 PACKAGES = ("mechc", "lang", "compiler", "runtime", "stdlib")
 DECIDING = (".py", ".c", ".h", ".mech", ".lark")

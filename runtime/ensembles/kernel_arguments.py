@@ -25,11 +25,11 @@ from ..case import (
 )
 from ..functions import load_functions
 from ..integrate.choose_method import choose_method
-from ..integrate.kernel_sizes import kernel_sizes
 from ..integrate.solver import kink_times, table_structs
 from ..interface import GROWTH, Quantity
 from ..native import contract
 from ..native import kernel as native
+from ..nominal import kernel_sizes
 from ..numerics.growth_rates import BATCHES, estimated, megno, times_of
 from ..outcome import SimulationError
 from ..problem import Array, Problem
@@ -49,7 +49,7 @@ from .native import (
 )
 
 FEW_STEPS = 100_000
-"""Steps that a companion may take before it is asked whether it fights with rounding, as in studies/simulate.py."""
+"""Steps that a companion may take before it is asked whether it fights with rounding, as in studies/runs/simulate.py."""
 FEWEST_TIMES = 2 * (BATCHES + 1)
 """Times of series beside which exponents are told."""
 TRIED = 100

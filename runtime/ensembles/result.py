@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,15 +15,15 @@ from ..problem import Array
 from ..results.files import json_number
 from ..results.solution import Solution
 from .members import Members
-from .statistics import first_order
 
 if TYPE_CHECKING:
     import pandas
     import xarray
 
+
 ENDINGS = ("not made", "completed", "terminated", "doubtful", "failed")
 """How a member ended: what ``outcomes`` numbers."""
-MADE, GOOD = 1, (1, 2, 3)
+MADE = 1
 QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 
@@ -120,7 +120,7 @@ class Ensemble(Struct, Told, frozen=True, eq=False):
         """Give the estimated errors of a kept number, not-a-number where no companion ran."""
         names = [column.name for column in self.scalars]
         if name not in names:
-            raise KeyError(f"'{name}' is no number that was kept: there are {', '.join(names)}")
+            raise KeyError(f"'{name}' is not a number that was kept: there are {', '.join(names)}")
         return self.number_errors[:, names.index(name)].reshape(self.shape)
 
     def unit(self, name: str) -> str:
@@ -227,3 +227,40 @@ class Ensemble(Struct, Told, frozen=True, eq=False):
             "threads": self.threads,
             "remarks": list(self.remarks),
         }
+
+
+FEWEST = 30
+"""Members from which indices are estimated."""
+
+
+def first_order(values: Array, where: Array, names: Sequence[str]) -> dict[str, float]:
+    """Give, for each varied quantity, the share of the variance of ``values`` [n] that it explains; ``where`` [n, names].
+
+    On a product it is the variance of the means over its values. On a cloud of independent values it is estimated from the
+    same members: means over bins of equal counts, with the variance that the means of n / bins members have by chance
+    taken off. Raises ValueError where fewer than ``FEWEST`` members have the number.
+    """
+    good = np.isfinite(values)
+    if good.sum() < FEWEST:
+        raise ValueError(f"{good.sum()} members have the number: for its Sobol' indices {FEWEST} are needed")
+    variance = float(values[good].var())
+    return {
+        one: _explained(where[good, k], values[good]) / variance if variance > 0 else float("nan")
+        for k, one in enumerate(names)
+    }
+
+
+def _explained(x: Array, values: Array) -> float:
+    """Give the variance of the conditional means of ``values`` over x, one for each value of x or for each bin."""
+    group: NDArray[np.intp]
+    levels, group = np.unique(x, return_inverse=True)
+    if levels.size > values.size ** (1 / 2):
+        bins = max(2, round(values.size ** (1 / 3)))
+        group = np.empty(values.size, dtype=np.intp)
+        group[np.argsort(x, kind="stable")] = np.arange(values.size) * bins // values.size
+    counts = np.bincount(group)
+    means = np.bincount(group, values) / counts
+    within = np.bincount(group, values**2) / counts - means**2
+    shares = counts / values.size
+    chance = float((shares * within / np.maximum(counts - 1, 1)).sum())
+    return max(0.0, float((shares * (means - values.mean()) ** 2).sum()) - chance)

@@ -86,7 +86,7 @@ def _take_libraries(libraries: Mapping[str, bytes]) -> None:
     """Put compiled code where a build would have put it. What is damaged on its way is never found there."""
     for name, content in libraries.items():
         if not ENTRY.fullmatch(name):
-            raise ValueError(f"'{name}' is no name of compiled code")
+            raise ValueError(f"'{name}' is not a name of compiled code")
         stem, _, last = name.rpartition("-")
         suffix = last[last.index(".") :]
         if find_entry(stem, suffix) is None:

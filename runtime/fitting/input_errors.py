@@ -124,7 +124,7 @@ def smoother(table: Table, what: str) -> Smoother:
     square = float(np.dot(apart, apart))
     if np.dot(apart[1:], apart[:-1]) > PERSISTENT * square:
         raise SimulationError(
-            f"{what} cannot be smoothed: what a smooth curve leaves is no noise, as its rows follow one another; they are too few"
+            f"{what} cannot be smoothed: what a smooth curve leaves is not noise, as its rows follow one another; they are too few"
         )
     used = taken(power)
     freedom = n - (used if used < n / 2 else 0.0)  # a curve through all rows tells no noise
@@ -141,7 +141,7 @@ def smoothers_of(data: Sequence[Measured], names: Sequence[str]) -> Smoothers:
     """Find the smooth curves of measured inputs. Raises SimulationError for what was not measured."""
     for name in names:
         if not any(name in motion.inputs for motion in data):
-            raise SimulationError(f"'{name}' is to be smoothed, and is no measured input")
+            raise SimulationError(f"'{name}' is to be smoothed, and is not a measured input")
     return [
         {
             name: smoother(table, f"'{name}' of {motion.source}")
@@ -170,7 +170,7 @@ def scatter(smoothers: Smoothers) -> dict[str, float]:
 
 
 def roughness(data: Sequence[Measured], names: Sequence[str]) -> dict[str, float]:
-    """Give the standard deviations of those inputs that are no smooth curves, from their first rows; none of what is smooth."""
+    """Give the standard deviations of those inputs that are not smooth curves, from their first rows; none of what is smooth."""
     found: dict[str, float] = {}
     for name in names:
         for motion in data:

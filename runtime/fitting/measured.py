@@ -14,7 +14,7 @@ from ..outcome import SimulationError
 from ..problem import Array
 
 MOST_TWICE = 0.25
-"""Share of rows that may repeat the time before them with other values of all columns: more are no events, but a clock with too few
+"""Share of rows that may repeat the time before them with other values of all columns: more are not events, but a clock with too few
 digits."""
 
 SAME = 1e-9
@@ -80,7 +80,7 @@ def measured(
         if moved.sum() > MOST_TWICE * times.size:
             raise SimulationError(
                 f"{_not_rising(times, int(np.argmax(moved)) + 1, place)}; with other values in {int(moved.sum())} of"
-                f" {times.size} rows these are no events, but a clock with too few digits"
+                f" {times.size} rows these are not events, but a clock with too few digits"
             )
         times, arrays, told = _one_side(source, times, arrays)
         remarks = (*remarks, told)

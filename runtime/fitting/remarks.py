@@ -9,8 +9,11 @@ from ..outcome import time_text
 from ..sheets import units_apart
 from .measured import Measured
 from .residuals import Motions
-from .search import FitSearch, SearchResult
+from .search import POOR, FitSearch, SearchResult
 from .uncertainty import FitErrors
+
+FEW = 10
+"""Values of a column of which one may well be half of all squares."""
 
 
 def remarks_of(search: FitSearch, found: SearchResult, judged: FitErrors, names: list[str]) -> list[str]:
@@ -18,6 +21,7 @@ def remarks_of(search: FitSearch, found: SearchResult, judged: FitErrors, names:
     motions = search.motions
     return [
         *_poor(search, found),
+        *_outliers(search, found),
         *judged.unseen.texts,
         *_at_bounds(search, found, names),
         *_left_out(motions),
@@ -49,6 +53,26 @@ def _poor(search: FitSearch, found: SearchResult) -> list[str]:
         "the fit is poor: residuals are large and follow one another, as where the model is another or the search ended in a "
         "wrong valley; the intervals mean nothing"
     ]
+
+
+def _outliers(search: FitSearch, found: SearchResult) -> list[str]:
+    """Say which single values count more than all others of their column together."""
+    if search.loss != "linear":
+        return []
+    motions, said = search.motions, []
+    computed = motions.at(found.x)
+    for k, name in enumerate(motions.outputs):
+        squares, motion, row = motions.farthest(computed, k)
+        most = squares.max(initial=0.0)
+        few = np.count_nonzero(squares) < FEW or np.sqrt(most) <= POOR * search.scatter[k]
+        if few or most <= squares.sum() / 2:
+            continue
+        at = time_text(motions.problem, float(motion.times[row]))
+        said.append(
+            f"one value of '{name}' counts more than all others together: that at {at} of {motion.source}; if it is not a measurement, "
+            "leave its row out, or let it count less with loss = soft_l1 (--loss soft_l1)"
+        )
+    return said
 
 
 def _at_bounds(search: FitSearch, found: SearchResult, names: list[str]) -> list[str]:

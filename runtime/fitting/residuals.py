@@ -205,6 +205,13 @@ class Motions:
             above, below = above + float((r[1:] * r[:-1]).sum()), below + float((r**2).sum())
         return above / below if below else 0.0
 
+    def farthest(self, computed: Computed, k: int) -> tuple[Array, Measured, int]:
+        """Give the squares of all residuals of an output, and the motion and the row of the largest."""
+        pairs = zip(computed.values, self._measured(computed)[0], strict=True)
+        squares = [np.nan_to_num(values[:, k] - measured[:, k]) ** 2 for values, measured in pairs]
+        d = max(range(len(squares)), key=lambda d: float(squares[d].max(initial=0.0)))
+        return np.concatenate(squares), self.data[d], int(np.argmax(squares[d]))
+
     def jacobian(self, computed: Computed, weights: Array) -> Array:
         """Give the derivatives [N, k] of the residuals."""
         _, there = self._measured(computed)

@@ -57,7 +57,7 @@ def judge(search: FitSearch, found: SearchResult, names: Sequence[str]) -> FitEr
 
 def _covariance(slopes: Array, noise: float) -> Array:
     """Give the covariance [k, k] of the unknowns over their sizes; along directions that are not seen they stay where they
-    are, which changes nothing for unknowns that are no part of these."""
+    are, which changes nothing for unknowns that are not part of these."""
     found = decomposed_columns(slopes)
     s, v = found.values, found.right[: found.values.size]
     there = s > max(noise, MOTIONS * float(s.max(initial=0.0)))

@@ -82,7 +82,7 @@ def _obstacles(model: contract.ModelStruct, lacks: Status) -> list[str]:
         return []
     obstacles = []
     if model.n_rotations:
-        obstacles.append("rotations, whose rates are no derivatives of coordinates")
+        obstacles.append("rotations, whose rates are not derivatives of coordinates")
     elif model.nq != model.nv:
         obstacles.append("a coordinate of which the rate alone is prescribed")
     if model.nx > model.n_accounts:

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol, overload
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, Protocol, overload
 
 import numpy as np
 from msgspec import Struct, field
 from numpy.typing import NDArray
 
+from ..case import Case, inputs_at
+from ..delays import DelayTable, U, Y, Z
 from ..native import kernel as native
 from ..problem import Array, Problem
 from ..rows import IN_MEMORY, Storage, slices
-
-if TYPE_CHECKING:
-    from .delay_history import DelayHistory
 
 NOTED: np.dtype[np.void] = np.dtype(native.EventStruct)  # type: ignore[assignment]
 """One event as the kernel notes it."""
@@ -244,3 +243,40 @@ class _Merged(Struct, frozen=True, eq=False):
     y: Array
     z: Array
     places: NDArray[np.intp]
+
+
+MOST_AT_ONCE = 16_384
+"""Instants by which the kernel's buffers grow at most."""
+
+
+class DelayHistory:
+    """The history of one run, by its polynomials ``y`` of the states (None: straight lines between the rows ``t`` [n] with
+    ``z`` [n, nz]) and what else changes, ``modes``."""
+
+    def __init__(
+        self,
+        case: Case,
+        delays: DelayTable,
+        y: Callable[[Array], Array] | None,
+        modes: Callable[[Array], Array],
+        rows: tuple[Array, Array],
+    ) -> None:
+        self._case, self._delays, self._y, self._modes, self._rows = case, delays, y, modes, rows
+
+    def fill(self, t: Array, z: Array) -> None:
+        """Write what was into z [n, nz] at the times t [n]."""
+        for k, delay in enumerate(self._delays.times):
+            of = self._delays.delayed[self._delays.delayed[:, 2] == k]
+            if self._y is None:
+                times, known = self._rows
+                for place in of[:, 0]:
+                    z[:, place] = np.interp(t, times, known[:, place])
+                continue
+            then = np.maximum(t - delay, self._case.begin)
+            y, modes, u = self._y(then), self._modes(then), None
+            for place, source, _ in of:
+                array, index = self._delays.sources[source]
+                if array == U and u is None:
+                    u = np.array([inputs_at(self._case, float(at)) for at in then])
+                columns = {Y: y, U: u, Z: modes}.get(int(array))
+                z[:, place] = then if columns is None else columns[:, index]

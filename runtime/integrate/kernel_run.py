@@ -20,14 +20,38 @@ from ..native.status import Status
 from ..outcome import Failure, given_up, too_many_steps
 from ..problem import Array, Problem
 from ..rows import AT_ONCE, IN_MEMORY, Follower, Passing, passed, slices
-from .delay_history import DelayHistory
-from .event_log import EventLog
-from .events import merged
+from .events import DelayHistory, EventRecord, merged
 from .interruption import NotedInterruptions
-from .kernel_failure import kernel_failure
-from .solver import Solver, method_name
-from .solver_options import SolverOptions
+from .solver import Solver, SolverOptions, method_name
 from .trajectory import ContactSteps, DenseOutput, Reader, Statistics, Trajectory
+
+MOST_AT_ONCE = 16_384
+"""Instants by which the kernel's buffers grow at most."""
+
+
+class EventLog:
+    """The events and instants of a run: the kernel gets more room whenever it has used what it has."""
+
+    def __init__(self, solver: Solver, problem: Problem) -> None:
+        self._solver = solver
+        self._problem = problem
+
+    def renew(self) -> None:
+        self._solver.grow_events(MOST_AT_ONCE)
+
+    def finish(self, begin: float, t: Array, grid_z: Array) -> EventRecord:
+        """Give what happened since ``begin``, with the discrete variables ``grid_z`` [n, nz] at the times ``t`` [n].
+
+        At the start they are as before the first later instant: the first of these times may be after that.
+        """
+        noted, instants = self._solver.happened()
+        ny, size = self._solver.ny, self._solver.ny + self._solver.nz
+        start_z = grid_z[0] if t.size else self._solver.discretes()
+        later = np.flatnonzero(instants[:, 0] > begin)
+        if later.size and not (t.size and t[0] < instants[later[0], 0]):
+            start_z = instants[later[0], 1 + ny : 1 + size]
+        return EventRecord(self._problem, noted, instants, start_z, grid_z)
+
 
 SLICE_SECONDS = 0.05
 FIRST_SLICE = 256
@@ -336,6 +360,8 @@ def _failure(
 ) -> Failure | None:
     if status == Status.REACHED:
         return None
+    from .kernel_failure import kernel_failure
+
     y = solver.report()[1]
     if status == Status.RUNNING and _steps_left(options, report) <= 0:
         return too_many_steps(problem, report.steps, report.t, y)

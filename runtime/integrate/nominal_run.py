@@ -9,11 +9,10 @@ from msgspec.structs import replace
 
 from ..case import Case
 from ..native import kernel as native
+from ..nominal import kernel_sizes
 from ..problem import Array
 from .kernel_run import run_kernel
-from .kernel_sizes import kernel_sizes
-from .solver import kink_times, method_of, table_structs
-from .solver_options import SolverOptions
+from .solver import SolverOptions, kink_times, method_of, table_structs
 
 TOLERANCE = 1e-6
 MOST_STEPS = 5000

@@ -1,30 +1,39 @@
-"""One solver of the C kernel, as an object that owns the arrays which the kernel reads and writes."""
+"""One solver of the C kernel, as an object that owns the arrays which the kernel reads and writes.
+
+``little_work`` counts the evaluations by code of libtcc, after which a question begins again with that of gcc: evaluations,
+never time, so that the same question is answered by the same code each time.
+"""
 
 from __future__ import annotations
 
 import ctypes
 import functools
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
 from types import TracebackType
 
 import numpy as np
+from msgspec import Struct
 from numpy.typing import NDArray
 
-from ..case import Case
+from ..case import Case, Progress
 from ..inputs import Table
 from ..methods import SOLVING_CONTACTS
 from ..native import kernel as native
 from ..native.status import Status
 from ..problem import Array
-from ..rows import IN_MEMORY, Storage
+from ..rows import IN_MEMORY, Follower, Storage
 from .events import NOTED
-from .recompilation import count_work
 
 FIRST_EVENTS = 256
 STATUSES = {int(status): status for status in Status}
 """By their numbers, sooner than ``Status`` finds them."""
 LONGEST_CALL = 0.1
 """Seconds after which the kernel returns between two steps, so that Ctrl-C is heard and bounds of time are kept."""
+STATES_SWEPT = 256
+"""A sweep over the contacts that so many states have in a heap takes libtcc's code 40 us, several times as long as gcc's."""
 SEEN = 0.44
 """Ten times the share of the bend of a table at a point that is left beside the best polynomial of degree 7 over eight cells (0.044, by
 linear programming). Where that is less than the tolerance, steps that are longer than the cells pass over the point."""
@@ -156,13 +165,13 @@ class Solver:
         return status
 
     def count_work(self) -> None:
-        """Count what was done since the last count, if libtcc's code did it: a factorisation as evaluations for each state,
-        a sweep over contacts as one."""
+        """Count what was done since the last count, if libtcc's code did it: a factorisation as evaluations for each state, a sweep
+        over contacts as one, over many as one for each ``STATES_SWEPT`` states."""
         if self._case.functions.struct.quick:
             report = self.progress()
             work = report.evaluations + self.ny * report.factorisations
             if self._solves_contacts:
-                work += report.iterations
+                work += report.iterations * max(1, self.ny // STATES_SWEPT)
             done, self._work = work - self._work, work
             count_work(done)
 
@@ -369,3 +378,64 @@ def table_structs(tables: Mapping[int, Table]) -> tuple[ctypes.Array[native.Tabl
             )
         )
     return (native.TableStruct * len(structs))(*structs), data
+
+
+LITTLE = 40_000
+"""Evaluations of the derivatives of a model. By libtcc they take two to seven times as long as by gcc, so that they cost a run of ten
+million three percent at most; to compile the model takes gcc the time of a hundred thousand of its own and more."""
+
+_left: ContextVar[list[int] | None] = ContextVar("left", default=None)
+
+
+class BetterCodePays(Exception):
+    """The answer takes more than a little work."""
+
+
+@contextmanager
+def little_work() -> Iterator[None]:
+    """Raise BetterCodePays once all runs by libtcc within have taken ``LITTLE`` evaluations."""
+    token = _left.set([LITTLE])
+    try:
+        yield
+    finally:
+        _left.reset(token)
+
+
+def count_work(evaluations: int) -> None:
+    """Tell of evaluations by libtcc. Raises BetterCodePays where they were too many."""
+    left = _left.get()
+    if left is not None:
+        left[0] -= evaluations
+        if left[0] < 0:
+            raise BetterCodePays
+
+
+class SolverOptions(Struct, frozen=True, eq=False):
+    """``nominal`` [ny]: sizes of the states; the absolute tolerance is ``tolerance`` times these. ``step`` is that of a
+    method of fixed step, and the first one of others. ``dense`` keeps the polynomials of all steps, those
+    of more than ``dense_kept`` bytes by running again where somebody asks for them. A run of more than
+    ``max_steps`` accepted steps or ``seconds`` is given up, and one that is stiff after ``stiff_after`` steps. ``reproducible``:
+    by the kernel that gives the same bits on every machine. Between slices it is looked whether a run was interrupted, first after ``first_slice`` steps;
+    by ``interrupted``, where somebody listens already. ``like``: a solver of the same case by the same method, which has
+    come to its end. ``halves``: the way to a known time is taken in two steps where one would do."""
+
+    method: str
+    tolerance: float
+    nominal: Array
+    step: float | None = None
+    dense: bool = False
+    max_steps: int | None = None
+    stiff_after: int | None = None
+    seconds: float = math.inf
+    reproducible: bool = False
+    progress: Progress | None = None
+    dense_kept: float = math.inf
+    follower: Follower | None = None
+    first_slice: int | None = None
+    interrupted: Callable[[], bool] | None = None
+    like: Solver | None = None
+    halves: bool = False
+
+    @property
+    def atol(self) -> Array:
+        return self.tolerance * self.nominal

@@ -124,7 +124,7 @@ class Trajectory(Struct, frozen=True, eq=False, dict=True):
 
     @cached_property
     def reached(self) -> Array:
-        """The largest size [ny] of each state among the rows; what is no number counts as none."""
+        """The largest size [ny] of each state among the rows; what is not a number counts as none."""
         found = np.zeros(self.y.shape[1])
         for part in slices(len(self.y), self.y):
             rows = np.abs(self.y[part])

@@ -44,12 +44,16 @@ static inline const mech_crowd_kind *mech_crowd_kind_of(const mech_crowd *c, int
     return &c->kinds[mech_crowd_line_of(c, contact)->kind];
 }
 
-static inline mech_crowd_who mech_crowd_who_of(const mech_crowd *c, int contact)
+static inline mech_crowd_who mech_crowd_who_on(const mech_crowd *c, const mech_crowd_line *line, int contact)
 {
-    const mech_crowd_line *line = mech_crowd_line_of(c, contact);
     const mech_crowd_kind *kind = &c->kinds[line->kind];
     return (mech_crowd_who){kind, c->table + line->one, c->table + line->others + (contact - line->first) * (kind->n_leaves - kind->n_one),
                             c->table + kind->velocities};
+}
+
+static inline mech_crowd_who mech_crowd_who_of(const mech_crowd *c, int contact)
+{
+    return mech_crowd_who_on(c, mech_crowd_line_of(c, contact), contact);
 }
 
 /* What it reads, as one index over y, p and z; its velocities, those of the gap before those of the slip, as indices of v. */
@@ -74,17 +78,21 @@ static inline int mech_crowd_drift(const mech_crowd_kind *k, int slip)
 }
 
 /* The values of one contact. */
-static inline void mech_crowd_values(const mech_crowd_at *at, int contact, mech_real *out)
+static inline void mech_crowd_values_of(const mech_crowd_at *at, const mech_crowd_who *who, mech_real *out)
 {
     const mech_model *m = at->m;
-    const mech_crowd *c = m->hybrid->crowd;
-    const mech_crowd_who who = mech_crowd_who_of(c, contact);
     const int ny = m->nq + m->nv + m->nx, behind = ny + m->np;
-    for (int i = 0; i < who.kind->n_leaves; i++) {
-        const int place = mech_crowd_leaf(&who, i);
+    for (int i = 0; i < who->kind->n_leaves; i++) {
+        const int place = mech_crowd_leaf(who, i);
         at->g[m->nu + i] = place < ny ? at->y[place] : place < behind ? at->p[place - ny] : at->z[place - behind];
     }
-    who.kind->values(at->t, at->y, at->g, at->z, at->p, out);
+    who->kind->values(at->t, at->y, at->g, at->z, at->p, out);
+}
+
+static inline void mech_crowd_values(const mech_crowd_at *at, int contact, mech_real *out)
+{
+    const mech_crowd_who who = mech_crowd_who_of(at->m->hybrid->crowd, contact);
+    mech_crowd_values_of(at, &who, out);
 }
 
 /* What an impulse of the given size along the gap, or the slip, adds to the impulses along v. */

@@ -24,11 +24,10 @@
  *     `project_position`: out[nv + n_position], a correction d in the space of velocities, then phi;
  *     `project_velocity`: out[nv + n_velocity], a correction of v, then K v + b;
  *     `displace`: out[nq] = N(q) d, with d in the place of v in y. NULL where there is nothing to project.
- *     `closeness`: out[1], from 0 (far) to 1: how near a state is to one in which the rows depend on each
- *     other, which the model passes with compliant multipliers. NULL where it has none.
- * 15. `separable`: 1 where q' = v, the accelerations depend on q, t, u(t) and p alone, and x holds accounts
- *     alone: the last n_accounts of x, integrals that no derivative reads, or that one reads as a guess which
- *     changes nothing.
+ *     `closeness`: out[1], from 0 (far) to 1: how close a state is to a singular position, in which the rows are linearly
+ *     dependent; the model passes it with compliant multipliers. NULL where it has none.
+ * 15. `separable`: 1 where q' = v, the accelerations depend on q, t, u(t) and p alone, and x contains only accounts: the last
+ *     n_accounts of x, integrals that no derivative reads, except as an initial guess that does not change the result.
  * 16. For the methods on momenta, which need q' = v, no x but accounts, and all constraints from positions, in
  *     one order: `momentum`: out[nv] = dL/dv; `force`: out[nv] = dL/dq + Q, without the forces of constraints;
  *     `mass`: out[nv][nv] = d(momentum)/dv; `constraints`: out[n_position + n_velocity], phi, then K v + b;
@@ -47,8 +46,8 @@
  *     Where slots are few, `next` may be NULL and `expand` does all of it: x[order + 1][], of which it reads the coefficients of
  *     order 1 of the state and writes those of 2 to `order`; rows[order][]: A_k, then B_k from order 1 on, of order 0 its own
  *     numbers. Rows consist of whole MECH_LANES, and begin at multiples of 64 bytes.
- * 20. `hybrid->delays` is NULL where nothing looks back. Else z[delayed] is a source as it was a delay ago, for every time at
- *     which a function is called: the kernel writes it. Delays are positive and do not change during a run.
+ * 20. `hybrid->delays` is NULL in models without delays. Else z[delayed] is the delayed value of a source at the time
+ *     at which a function is called: the kernel writes it. Delays are positive and do not change during a run.
  */
 #ifndef MECH_MODEL_H
 #define MECH_MODEL_H
@@ -101,7 +100,8 @@ typedef struct mech_branch {
     int event;     /* branches of one event exclude each other                                   */
     int n_checks;
     int terminates;
-    mech_function *act; /* out[ny + nz + n_checks]: new y and z, and > 0.5 for each assertion that holds */
+    mech_function *act; /* out[ny + nz + n_checks]: y and z, of which it writes what changes, then > 0.5 for each
+                           assertion that holds */
 } mech_branch;
 
 /* Contacts whose values one function forms: gap, the part of its rate free of v, the part of its second derivative free
@@ -159,7 +159,7 @@ typedef struct mech_hybrid {
     int simultaneous;           /* impacts                                                       */
     int dissipated, supplied;   /* index in y, -1: none                                          */
     int total;                  /* index in outputs of the energy whose balance is kept, -1: none */
-    int carried;                /* a part of it is linear in the velocities                      */
+    int carried;                /* a part of it is linear in the velocities, or constraints move */
     const int *switches;        /* [n_switches] index in z                                       */
     const int *times;           /* [n_times][2] index in z, value from the crossing on           */
     const int *clocks;          /* [n_clocks][2] index in z of the pulse and of the count        */
@@ -231,6 +231,6 @@ typedef struct mech_model {
     const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 9
+#define MECH_MODEL_VERSION 10
 
 #endif

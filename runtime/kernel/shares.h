@@ -1,14 +1,14 @@
-/* Loads that rigid bodies do not determine, as those of a table on four legs: of all shares that move the bodies alike, and
- * in which no contact pulls and no friction leaves its cone, the one whose sum of squares is least. Springs of equal
- * stiffness share so in the limit.
+/* Statically indeterminate contact forces, as under a table on four legs: of all forces that give the same motion, without tension
+ * in a contact and within the cones of friction, those with the least sum of squares. This is the limit of stiff springs of equal
+ * stiffness.
  *
- * In the modes some rows hold; others rest beside them (z[rest]) and carry nothing. With B what unit forces along rows do to the
- * velocities, of a contact that slides together with its friction, B_held C = B_resting says how these stand for each other: all x
- * with A x = f, A = [1 C], move the bodies as the forces f of the rows that hold do. The least of them in the cones is P(A^T nu),
- * with P the projection onto these (J.-J. Moreau 1962) and A P(A^T nu) = f; that is where a convex function of nu is least,
- * which Newton's method finds (L. Qi, J. Sun 1993). Without active cones its first step does.
+ * The modes hold some rows; redundant ones rest (z[rest]) without force. The columns of B are the changes of velocity by unit forces
+ * along rows (of a sliding contact together with its friction). With B_held C = B_resting, all x with A x = f, A = [1 C], give
+ * the same motion as the forces f of the held rows. The least of them in the cones is P(A^T nu), with P the projection onto the
+ * cones (J.-J. Moreau 1962) and A P(A^T nu) = f. This nu minimises a convex function, and Newton's method finds it (L. Qi,
+ * J. Sun 1993), in one step where no cone is active.
  *
- * Rows with forces of several units, such as torques beside forces, are weighed by what they move themselves by. Generated
+ * Rows with different units, such as torques and forces, are weighted by their own mobility. Generated
  * code and the kernel of pages include this file.
  */
 #ifndef MECH_SHARES_H
@@ -19,7 +19,7 @@
 
 #include "real.h"
 
-/* Part of what a row does to velocities that the rows which hold cannot do: more, and it is no share of their load. */
+/* Part of what a row does to velocities that the rows which hold cannot do: more, and it is not a share of their load. */
 #define MECH_SHARES_APART MECH_C(1e-7)
 /* What is left of A P(A^T nu) = f, beside f, where Newton's method is done; what may be left where it gets no further, as beside
  * cones that leave a load one share only. */

@@ -1,15 +1,15 @@
 /* What the kernel offers its callers: a re-entrant solver of one initial value problem.
  *
  *  1. The caller owns every array that it passes (y0 is copied); they stay valid and in place until
- *     mech_free. `p`, `z` and table values may change between two calls of mech_advance: say so by
- *     mech_restart.
+ *     mech_free. `p`, `z` and table values may change between two calls of mech_advance: call
+ *     mech_restart then.
  *  2. mech_advance takes at most max_steps accepted steps towards t_end and lands on it exactly. Cutting a run
  *     into slices by max_steps or longest_call changes no bit of the result.
- *  3. Nothing is allocated after mech_create but the history of models with delays, and nothing is printed. Several solvers run side by side; one
- *     solver is used by one thread at a time.
+ *  3. After mech_create only the history of models with delays is allocated, and nothing is printed. Several solvers may run at the same
+ *     time, each in one thread at a time.
  *  4. Rows of `grid_y` are written as soon as a step passes their time, from the dense output of the step.
- *  5. All that changes during a run lies in one block, and the history of delays behind it: mech_save copies them out,
- *     mech_load back into the same solver, and the run goes on bit for bit. With delays their size grows.
+ *  5. All memory that changes during a run is one block, followed by the history of delays: mech_save copies it out,
+ *     mech_load back into the same solver, and the run continues bit for bit. With delays its size grows.
  *  6. Dense output: on a step from t to t + h, with s = (time - t) / h and r = 1 - s,
  *     y = c0 + s (c1 + r (c2 + s (c3 + r (c4 + ...)))), n_dense coefficients of ny numbers each.
  *     A record is t, h, c0, c1, ... .

@@ -126,7 +126,7 @@ def _displaced(site: Site, row: Array) -> Array:
 
 
 def _integrated(site: Site, by_inputs: Array) -> Array | None:
-    """Return the derivatives of a displacement by inputs, from those of its rate; None where it is no function of them."""
+    """Return the derivatives of a displacement by inputs, from those of its rate; None where it is not a function of them."""
     found, rest = np.zeros_like(by_inputs), by_inputs.copy()
     for k, (first, _) in derived(site.problem).items():
         found[k], rest[first] = by_inputs[first], 0.0

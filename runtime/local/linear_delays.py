@@ -1,7 +1,7 @@
-"""Linear systems with delays: their exact answers to sines, and Padé approximations of their delays by states.
+"""Linear systems with delays: their exact frequency response, and Padé approximations of the delays by states.
 
-x' = A x + B u + E w, y = C x + D u + F w, w_j = v_j(t - T_j), v = G x + D' u: each delayed number is one more input, and what it is
-the past of one more output. No v follows a w at once.
+x' = A x + B u + E w, y = C x + D u + F w, w_j = v_j(t - T_j), v = G x + D' u: each delayed number w_j is one more input, and the
+quantity v_j that it delays one more output. No v depends on a w without a delay.
 
 The approximation of order n of exp(-z) is (1 - Z)/(1 + Z) with the continued fraction Z = 1/(2/z + 1/(6/z + 1/(10/z + ..))) of
 tanh(z/2) after n terms: a ladder of n stores between a wave that goes in and the one that comes back, with entries up to 4 n however

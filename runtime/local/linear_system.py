@@ -34,7 +34,7 @@ class LinearSystem(Struct, frozen=True, eq=False):
     chosen: NDArray[np.intp]
     condition: float
     behind: tuple[Quantity, ...] = ()
-    """States that are no displacements: those of approximations."""
+    """States that are not displacements: those of approximations."""
 
     def beside(self, parts: tuple[Array, ...]) -> Array:
         """Return the parts of B or D side by side: all inputs, then rates, then accelerations of those that drive."""

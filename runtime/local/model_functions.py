@@ -18,12 +18,12 @@ from msgspec import Struct
 from mechc.suggest import suggest
 
 from ..case import SimulationOptions
+from ..delays import refuse_delays
 from ..functions import Functions
 from ..interface import OfferedFunction
 from ..native import calls
 from ..outcome import SimulationError
 from ..problem import Array, ModelFunction, Problem
-from ..refuse_delays import refuse_delays
 from ..settings import Place
 from .operating_point import Site, plan_of, site_of
 
@@ -54,7 +54,6 @@ class ModelFunctions:
     kinetic_energy: Callable[..., Any]
     potential_energy: Callable[..., Any]
     rates: Callable[..., Any]
-    rates_jacobian: Callable[..., Any]
 
     def __init__(self, problem: Problem, site: Site) -> None:
         self.offers = {o.name: o for o in problem.offers if o.kind == "own"}
@@ -63,7 +62,7 @@ class ModelFunctions:
         self.start = site.y
         self._problem = problem
         self._bound = _Bound(problem, site)
-        for offer in self.offers.values():
+        for offer in (o for o in self.offers.values() if not o.later):
             setattr(self, offer.name, self._bound.call([offer]))
         self.output: Callables = self._named("output")
         self.jacobian: Callables = self._named("jacobian")
@@ -81,10 +80,6 @@ class ModelFunctions:
     def offer(self, name: str, kind: str = "own") -> OfferedFunction:
         """Say what a function gives; ``kind``: own, output or jacobian (of an output)."""
         return next(o for o in self._problem.offers if (o.name, o.kind) == (name, kind))
-
-    def stacked(self, names: tuple[str, ...], kind: str = "jacobian") -> Callable[..., Any]:
-        """Return functions of one kind as one, their rows below each other."""
-        return self._bound.call([self.offer(name, kind) for name in names])
 
     def in_threads(self, function: Callable[..., Any], threads: int, y: Array, *rest: Any) -> Array:
         """Evaluate one of these functions for many states [n, ny] in several threads side by side."""

@@ -49,14 +49,12 @@ class Derivatives(Struct, frozen=True, eq=False):
 
     rates: Array
     rates_by_inputs: Array
-    rates_by_time: Array
     outputs: Array
     outputs_by_inputs: Array
     outputs_by_others: Array
     position: Array
     rate: Array
     constraints_by_inputs: Array
-    constraints_by_time: Array
     gaps: Array
     gaps_by_inputs: Array
     slips: Array
@@ -66,7 +64,8 @@ class Derivatives(Struct, frozen=True, eq=False):
 
 
 class Site(Struct, frozen=True, eq=False):
-    """A model at a time t with inputs u, discrete variables z and parameters p; ``y`` is its start."""
+    """A model at a time t with inputs u, discrete variables z and parameters p; ``y`` is its start. ``balanced``: places of the
+    rates that count as zero wherever it is looked at, as they are rounding there."""
 
     case: Case
     chart: Chart
@@ -75,6 +74,7 @@ class Site(Struct, frozen=True, eq=False):
     z: Array
     y: Array
     p: Array
+    balanced: tuple[int, ...] = ()
 
     @property
     def problem(self) -> Problem:
@@ -104,6 +104,7 @@ class Site(Struct, frozen=True, eq=False):
             elif j == 0 or chart.places[j - 1] != i:
                 found[j : j + 3] = 4.0 * chart.of_entries(y)[i : i + 4, j : j + 3].T @ dy[i : i + 4]
         found[chart.nd :] = dy[list(chart.behind)]
+        found[list(self.balanced)] = 0.0
         return found
 
     def phase(self, y: Array) -> Array:
@@ -156,6 +157,7 @@ class Site(Struct, frozen=True, eq=False):
             raise self.undefined(
                 f"the rate of '{self.chart.names[row]}'" if row < n else "a constraint", column
             )
+        full[own[list(self.balanced)]] = 0.0
         columns = [*range(nd + behind, by_time), *(range(by_time + 1, full.shape[1]) if apart else ())]
         by_inputs = np.array(columns, dtype=np.intp)
         clocks = [by_time, *(by_time + 1 + k for k, (array, _) in enumerate(sources) if array == T)]
@@ -166,14 +168,12 @@ class Site(Struct, frozen=True, eq=False):
         return Derivatives(
             rates=full[np.ix_(own, own)],
             rates_by_inputs=full[np.ix_(own, by_inputs)],
-            rates_by_time=full[own, by_time],
             outputs=full[out][:, own],
             outputs_by_inputs=full[out][:, by_inputs],
             outputs_by_others=full[out][:, others],
             position=full[position][:, own],
             rate=full[rate][:, own],
             constraints_by_inputs=full[held][:, by_inputs],
-            constraints_by_time=full[held, by_time],
             gaps=full[constrained::2][:, own],
             gaps_by_inputs=full[constrained::2][:, by_inputs],
             slips=full[constrained + 1 :: 2][:, own],
@@ -354,7 +354,8 @@ def edges(site: Site, y: Array) -> Edges:
             site.case.functions.matrices[PART](site.t, y, site.u, z, site.p) for z in (site.z, other)
         )
         (smooth if np.array_equal(here, there) else sharp).append(f"'{text}' stands at its edge")
-    return Edges(tuple(sharp), tuple(smooth), tuple(leaving), tuple(dict.fromkeys(held)))
+    unique = (tuple(dict.fromkeys(one)) for one in (sharp, smooth, leaving, held))
+    return Edges(*unique)
 
 
 def bends(site: Site, y: Array) -> tuple[str, ...]:
@@ -383,7 +384,7 @@ def _listed(texts: tuple[str, ...]) -> str:
 
 
 def refuse_edges(site: Site, y: Array, what: str) -> tuple[str, ...]:
-    """Return remarks on what holds at a state, and on events that are due there. Raises SimulationError where the state is no
+    """Return remarks on what holds at a state, and on events that are due there. Raises SimulationError where the state is not a
     smooth one."""
     found = edges(site, y)
     if found.sharp:

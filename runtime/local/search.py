@@ -10,6 +10,7 @@ from collections.abc import Sequence
 
 import numpy as np
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ..numerics.newton import newton
@@ -40,6 +41,18 @@ BESIDE, GOLDEN = 0.05, (5**0.5 - 1) / 2
 """Of the bounds, how far places beside what is known lie; a number whose multiples are spread evenly."""
 LOOKS, MOST_LOOKS = 4, 1024
 """Places of a round for each guess, and most places times coordinates."""
+MOST_FOUND = 1024
+"""Equilibria, after which nothing more is looked for."""
+SLIDES, ARRIVED = 24, 1e-3
+"""Most steps along a set of equilibria from one towards another, and how near the last of them comes."""
+MOST_SETS = 6
+"""Sets of equilibria that are told apart."""
+SAMPLES, BUMPS = 12, 3
+"""Places at which forces are compared with their rounding, and displacements from each of them."""
+BUMP = 1e-9
+"""The length of these, in the sizes of the coordinates: forces are straight over it but for rounding."""
+NOISE = 1e3
+"""Times that rounding, below which forces everywhere are nothing but that."""
 
 
 class Box(Struct, frozen=True, eq=False):
@@ -103,6 +116,30 @@ def _is_periodic(site: Site, y: Array, place: int) -> bool:
         if not (np.abs(one - two) <= 1e-9 * (1.0 + np.abs(one))).all():
             return False
     return True
+
+
+def balanced(site: Site, box: Box) -> Site:
+    """Return the site without the forces that are rounding all over the box, as the weight of a rotor with three blades is."""
+    start, moved, nd = at_rest(site, site.y), box.moved, site.chart.nd
+    if not len(moved):
+        return site
+    numbers = np.random.default_rng(SEED)
+    largest = noise = np.zeros(site.chart.size - nd)
+    places = Search(site, box)
+    for point in spread_evenly(SAMPLES, len(moved)):
+        y = places.placed(start, box.low + point * (box.high - box.low))
+        sizes = sizes_of(site, y, moved)
+        try:
+            here = rest(site, y, moved)
+        except SimulationError:  # a derivative is undefined there
+            return site
+        largest = np.maximum(largest, np.abs(here.forces) + np.abs(here.slopes) @ sizes)
+        for _ in range(BUMPS):
+            d = BUMP * sizes * numbers.uniform(-1, 1, len(moved))
+            beside = site.rates(site.chart.moved(y, spread(site.chart, moved, d)))[nd:]
+            noise = np.maximum(noise, np.abs(beside - here.forces - here.slopes @ d))
+    quiet = np.flatnonzero((largest > 0) & (largest <= NOISE * noise))
+    return replace(site, balanced=tuple((nd + quiet).tolist()))
 
 
 def spread_evenly(count: int, size: int) -> Array:
@@ -188,7 +225,7 @@ class Search:
 
     def again(self, guess: Array) -> None:
         """Search from one guess as long as that gives something new."""
-        for _ in range(20):
+        for _ in range(20 if len(self.found) < MOST_FOUND else 0):
             one = self._search(guess)
             if one is None or not self.add(one):
                 return
@@ -214,10 +251,51 @@ class Search:
             self.distance(one, other)
             < SAME + 10 * max(float(e.errors.max(initial=0.0)) for e in (one, other))
             for other in self.found
-        ):
+        ) or (one.free.size and self._belongs(one)):
             return False
         self.found.append(one)
         return True
+
+    def _belongs(self, one: Equilibrium) -> bool:
+        """Whether an equilibrium that is not isolated lies on a curve or surface of equilibria of which one is known."""
+        sets = [other for other in self.found if other.free.size]
+        return len(sets) >= MOST_SETS or any(self._joined(one, other) for other in sets)
+
+    def _joined(self, one: Equilibrium, other: Equilibrium) -> bool:
+        """Whether steps along equilibria lead from one to the other."""
+        moved, chart, here = self.box.moved, self.site.chart, one
+        for _ in range(SLIDES):
+            d = self._between(here.y, other.y)
+            if float(np.linalg.norm(d)) < ARRIVED:
+                return True
+            if not here.free.size:
+                return False
+            basis = np.linalg.qr(here.free[moved])[0]
+            along = basis @ (basis.T @ d)
+            length = float(np.linalg.norm(along))
+            if length < ARRIVED * float(np.linalg.norm(d)):  # straight across, as through a circle
+                along, length = basis[:, 0], 1.0
+            step = spread(chart, moved, along * min(1.0, LONGEST / length))
+            beside = polished(self.site, chart.moved(here.y, step), moved=moved)
+            if beside is None:
+                return False
+            here = beside
+        return False
+
+    def goes_on(self, one: Equilibrium) -> bool:
+        """Whether there are other equilibria right beside one, so that it is not isolated."""
+        chart = self.site.chart
+        for k in range(one.free.shape[1]):
+            step = (
+                10
+                * ARRIVED
+                * one.free[:, k]
+                / max(float(np.linalg.norm(one.free[self.box.moved, k])), 1e-300)
+            )
+            beside = polished(self.site, chart.moved(one.y, step), moved=self.box.moved)
+            if beside is not None and float(np.linalg.norm(self._between(one.y, beside.y))) > ARRIVED:
+                return True
+        return False
 
     def distance(self, one: Equilibrium, other: Equilibrium) -> float:
         """Return how far two equilibria are apart, but for directions in which nothing pushes on either."""

@@ -42,7 +42,7 @@ def stability(site: Site, y: Array, idle: tuple[str, ...] = (), within: Array | 
     names = [site.chart.names[int(j)] for j in free.chosen]
     kept = np.array([name not in idle for name in names], dtype=bool)
     a = (found.rates @ free.tangent)[free.chosen][np.ix_(kept, kept)]
-    values, errors = poles(a)
+    values, errors = poles(a, [site.chart.units[int(j)] for j, k in zip(free.chosen, kept, strict=True) if k])
     bounds = tuple(None if e is None else max(1.0, free.condition) * e for e in errors)
     scale = float(np.abs(values).max(initial=0.0))
     limits = np.array([1e-7 * scale if e is None else 4 * e + 64 * EPSILON * scale for e in bounds])

@@ -18,7 +18,7 @@ from ..outcome import SimulationError
 from ..problem import Array
 from .equilibrium import REGULAR, at_rest, rest
 from .operating_point import Site
-from .search import Search, spread_evenly
+from .search import MOST_FOUND, Search, spread_evenly
 from .vibration import mass_matrix
 
 CELLS = {1: 601, 2: 47}
@@ -61,6 +61,10 @@ def surveyed(search: Search) -> Survey:
     site, box = search.site, search.box
     count = len(box.moved)
     reason = _reason(site, count)
+    if not reason and any(search.goes_on(one) for one in search.found):
+        reason = "equilibria that are not isolated cannot be counted"
+    if len(search.found) >= MOST_FOUND:
+        reason = f"the search ends with {MOST_FOUND} of them"
     if reason:
         return Survey(None, None, (), f"no count confirms that the list is complete: {reason}")
     field = _field(search)

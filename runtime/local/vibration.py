@@ -117,7 +117,7 @@ def conservative_modes(found: Vibration, off: Array | None = None) -> Modes:
         _, vectors = scipy.linalg.eigh(k, m)
     except np.linalg.LinAlgError:
         raise SimulationError(
-            "the mass matrix is not positive definite at this state: small motions about it are no vibrations",
+            "the mass matrix is not positive definite at this state: small motions about it are not vibrations",
             help="a coordinate may lose its meaning there, as the azimuth at a pole; take other coordinates",
         ) from None
     shapes = found.allowed @ vectors
@@ -173,7 +173,7 @@ def general_modes(found: Vibration) -> Modes:
     c, k = whitened(found.damping), whitened(found.stiffness)
     scale = max(float(np.sqrt(np.linalg.norm(k, 2))), float(np.linalg.norm(c, 2)), 1e-300) if m else 1.0
     companion = np.block([[np.zeros((m, m)), np.eye(m)], [-k / scale**2, -c / scale]])
-    values, errors = poles(companion)
+    values, errors = poles(companion, ["displacement"] * m + ["rate"] * m)
     return _complex_modes(
         scale * values, [None if e is None else scale * e for e in errors], companion, scale, white.T
     )
@@ -184,7 +184,7 @@ def first_order_modes(site: Site, y: Array) -> Modes:
     found = with_held(site, site.derivatives(y))
     free = independent(site.chart, found)
     a = (found.rates @ free.tangent)[free.chosen]
-    values, errors = poles(a)
+    values, errors = poles(a, [site.chart.units[int(j)] for j in free.chosen])
     bounds = [None if e is None else max(1.0, free.condition) * e for e in errors]
     return _complex_modes(values, bounds, a, 1.0, free.tangent[: site.chart.nd])
 

@@ -5,6 +5,8 @@ A. Emami-Naeini, P. Van Dooren, Computation of zeros of linear multivariable sys
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
@@ -18,22 +20,35 @@ DEFECTIVE = 1e-7
 """An eigenvalue whose condition is above one over this has no independent vector within rounding."""
 
 
-def poles(a: Array) -> tuple[Complex, list[float | None]]:
+def poles(a: Array, units: Sequence[str] = ()) -> tuple[Complex, list[float | None]]:
     """Return the eigenvalues of A, those with small real and imaginary part last, and a bound of the error of each.
 
-    The bound is the condition of the eigenvalue times the rounding of the entries; None for a defective one.
+    The bound is the condition of the eigenvalue times the rounding of the entries; None for a defective one. ``units`` of
+    the states: an entry that is what rounding leaves of zero is as uncertain as the largest of its row in columns of
+    its unit, however small it is; balancing would make it large.
     """
     if not a.size:
         return np.zeros(0, dtype=complex), []
-    balanced, _ = _balanced(a)
+    balanced, scales = _balanced(a)
     values, left, right = scipy.linalg.eig(balanced, left=True, right=True)
     norm = float(np.linalg.norm(balanced))
     order = np.lexsort((-values.imag, -values.real.round(12)))
     errors: list[float | None] = []
+    rounding = 4 * EPSILON * _largest_of_a_unit(a, units) / scales[:, None] * scales
     for k in order:
         overlap = abs(np.vdot(left[:, k], right[:, k]))
-        errors.append(None if overlap < DEFECTIVE else 4 * EPSILON * norm / overlap)
+        moved = max(4 * EPSILON * norm, float(np.abs(left[:, k]) @ rounding @ np.abs(right[:, k])))
+        errors.append(None if overlap < DEFECTIVE else moved / overlap)
     return values[order], errors
+
+
+def _largest_of_a_unit(a: Array, units: Sequence[str]) -> Array:
+    """Return for each entry the largest of its row in columns of one unit, or itself."""
+    result = np.abs(a)
+    for unit in set(units):
+        columns = [j for j, one in enumerate(units) if one == unit]
+        result[:, columns] = result[:, columns].max(axis=1, keepdims=True)
+    return result
 
 
 def zeros(a: Array, b: Array, c: Array, d: Array) -> Complex | None:

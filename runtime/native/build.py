@@ -16,8 +16,7 @@ from contextlib import AbstractContextManager, contextmanager, nullcontext
 from pathlib import Path
 
 from .cache import prune_when_due
-from .cache_key import cache_key
-from .compiler import LIBTCC, NAMES, NATIVE, Compiler, compiler_by_its_file
+from .compiler import LIBTCC, NAMES, NATIVE, Compiler, cache_key, compiler_by_its_file
 from .kept_files import build_folder, find_entry, keep_entry
 from .libtcc import compile_in_process, find_libtcc
 
@@ -95,6 +94,14 @@ def find_compiler() -> Compiler | None:
     return _assumed or found if found is None or found.in_process else found
 
 
+def known_compiler() -> Compiler | None:
+    """Give the compiler that is found, by its file alone where that is enough: what it has made need not ask it.
+
+    Raises ``CompilerMissing`` if ``CC`` is set and does not answer.
+    """
+    return compiler_by_its_file() or find_compiler()
+
+
 def find_quick_compiler() -> Compiler | None:
     """Find libtcc where models have another compiler, whose code is better but ready later; None where ``CC`` chooses one."""
     return None if os.environ.get("CC") or compiler_by_its_file() is None else find_libtcc()
@@ -117,7 +124,9 @@ def _find_compiler(chosen: str, path: str) -> Compiler | None:
         try:
             command_line = (*shlex.split(chosen),)
         except ValueError as error:
-            raise CompilerMissing(f"the environment says CC={chosen}, which is no command: {error}") from None
+            raise CompilerMissing(
+                f"the environment says CC={chosen}, which is not a command: {error}"
+            ) from None
         if command_line == LIBTCC:
             found = find_libtcc()
         else:
@@ -213,7 +222,7 @@ def built_once(
     So that sources need not be written or read to look for what was compiled of them, nor the compiler asked: one library under
     two names, where the system knows such. Raises what ``build`` raises.
     """
-    compiler = compiler or compiler_by_its_file() or find_compiler()
+    compiler = compiler or known_compiler()
     if compiler is None:
         return build()
     stem = f"known-{cache_key(known, flags, '', compiler)}"

@@ -1,5 +1,5 @@
 """The user's cache folder of compiled code: where it is, how big it may grow, how it is emptied (the key of an
-entry: ``cache_key.py``).
+entry: ``compiler.py``).
 
 The folder that is chosen may hold anything: entries lie in a subfolder of it, and only what bears the name of an entry is ever removed.
 There they lie on shelves, by the first digits of their keys, so that few are looked at to find one; those beside the shelves are of
@@ -187,7 +187,7 @@ def remove_build(folder: Path) -> None:
 
 
 def _entries(folder: Path) -> list[tuple[float, int, Path]]:
-    """(time of last use, bytes, path) of all entries; what vanishes meanwhile and what is no entry is left out. What lies there
+    """(time of last use, bytes, path) of all entries; what vanishes meanwhile and what is not an entry is left out. What lies there
     under two names counts once."""
     found: list[tuple[float, int, Path]] = []
     for place in (folder, *_shelves(folder)):

@@ -67,6 +67,7 @@ typedef struct {
 EXPORT void mech_calls_begin(const interface *given);
 EXPORT object *mech_call_any(object *self, object *const *arguments, size count);
 EXPORT object *mech_call_bound(object *self, object *const *arguments, size count);
+EXPORT object *mech_call_task(object *self, object *const *arguments, size count);
 
 void mech_calls_begin(const interface *given)
 {
@@ -278,4 +279,24 @@ int mech_call_rows(const void *record, size n, const double *y, size dy, const d
 {
     const states given = {y, a, t, u, dy, da, dt, du};
     return evaluate(record, &given, n, out);
+}
+
+typedef struct {
+    void *definition[4]; /* PyMethodDef */
+    long (*task)(void *);
+    void *of;
+} task_record;
+
+/* () -> number, while other threads of Python go on */
+object *mech_call_task(object *self, object *const *arguments, size count)
+{
+    const task_record *call = (const task_record *)(const void *)py.bytes(py.item(self, 0));
+    void *thread;
+    long found;
+    if (count)
+        return slowly(self, arguments, count);
+    thread = py.save_thread();
+    found = call->task(call->of);
+    py.restore_thread(thread);
+    return py.from_double((double)found);
 }

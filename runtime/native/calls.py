@@ -65,6 +65,19 @@ class CallRecord(ctypes.Structure):
     )
 
 
+class TaskRecord(ctypes.Structure):
+    """task_record"""
+
+    _fields_ = (
+        ("name", c_char_p),
+        ("method", c_void_p),
+        ("flags", c_int),
+        ("doc", c_char_p),
+        ("task", c_void_p),
+        ("of", c_void_p),
+    )
+
+
 @functools.cache
 def library() -> ctypes.CDLL | None:
     """Load what makes calls; None where there is no way to."""
@@ -108,11 +121,11 @@ def _numpy_table() -> Any:
 
 
 def built_in(
-    record: CallRecord, entry: str, name: str, doc: str, slow: Callable[..., Any], *kept: object
+    record: CallRecord | TaskRecord, entry: str, name: str, doc: str, slow: Callable[..., Any], *kept: object
 ) -> Callable[..., Any]:
     """Return a built-in function for a record whose numbers are filled in; ``slow`` where that cannot be.
 
-    ``entry``: mech_call_any or mech_call_bound. ``kept``: what the pointers of the record point to.
+    ``entry``: mech_call_any, mech_call_bound or mech_call_task. ``kept``: what the pointers of the record point to.
     """
     made = library()
     if made is None:
@@ -135,6 +148,17 @@ def call_of(address: int, size: int, slow: Callable[..., Any]) -> Callable[..., 
     record = CallRecord()
     record.parts[0], record.n_out = address, size
     return built_in(record, "mech_call_any", "model_function", "(t, y, u, z, p) -> out", slow)
+
+
+def task_of(function: Any, of: ctypes.c_void_p) -> Callable[[], float]:
+    """Return a call of a function ``long f(void *)`` of a library with its argument."""
+
+    def slow() -> float:
+        found: int = function(of)
+        return found
+
+    record = TaskRecord(task=ctypes.cast(function, c_void_p).value, of=of.value)
+    return built_in(record, "mech_call_task", "task", "() -> number", slow, function)
 
 
 def rows_of(

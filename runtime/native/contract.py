@@ -11,7 +11,7 @@ import ctypes
 from ctypes import POINTER, c_double, c_int, c_void_p
 from typing import ClassVar
 
-MODEL_VERSION = 9
+MODEL_VERSION = 10
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 """mech_function"""

@@ -22,7 +22,8 @@ from ctypes import (
 )
 from pathlib import Path
 
-from .build import build_shared, built_once, kernel_flags
+from .build import build_shared, built_once, kernel_flags, known_compiler
+from .compiler import Compiler
 from .contract import BranchStruct, HybridStruct, ModelStruct
 from .libtcc import find_libtcc
 
@@ -217,7 +218,7 @@ def kernel_for(model: ModelStruct, reproducible: bool = False, method: str = _US
     what the model needs alone, of which the same bits come. A model that is quick has the kernel by libtcc, with the bits of a
     reproducible one. Raises ``BuildError`` and ``CompilerMissing``."""
     if model.quick:
-        return _quick()
+        return _quick(method == _USUAL and not model.hybrid)
     if method != _USUAL or reproducible in _whole:
         return _loaded(reproducible)
     states = _own_code(model.nq + model.nv + model.nx)
@@ -235,26 +236,47 @@ _whole: set[bool] = set()
 
 @functools.cache
 def _loaded(reproducible: bool) -> ctypes.CDLL:
-    flags = kernel_flags(reproducible)
-    known = {"kernel": _kernel_state()}
-    file = built_once(known, flags, lambda: build_shared(kernel_sources(), flags, name="kernel"))
+    if _only_libtcc():
+        return _quick(False)
+    library = _built(kernel_flags(reproducible))
     _whole.add(reproducible)
-    return _opened(file)
-
-
-@functools.cache
-def _quick() -> ctypes.CDLL:
-    flags, libtcc = kernel_flags(True), find_libtcc()
-
-    def build() -> Path:
-        return build_shared(kernel_sources(), flags, name="kernel", compiler=libtcc)
-
-    return _opened(built_once({"kernel": _kernel_state()}, flags, build, compiler=libtcc))
+    return library
 
 
 @functools.cache
 def _fitted(reproducible: bool, states: int, switches: bool, assembles: bool) -> ctypes.CDLL:
-    flags = kernel_flags(reproducible)
+    if _only_libtcc():
+        return _quick(not switches)
+    return _built_part(kernel_flags(reproducible), states, switches, assembles)
+
+
+@functools.cache
+def _quick(smooth: bool) -> ctypes.CDLL:
+    """Load the kernel by libtcc: of smooth models a third of it, in a third of the time, else the whole one."""
+    if smooth:
+        return _built_part(kernel_flags(True), 0, False, True, find_libtcc())
+    return _built(kernel_flags(True), find_libtcc())
+
+
+def _only_libtcc() -> bool:
+    """Whether there is no other compiler here: its code is that of quick models."""
+    compiler = known_compiler()
+    return compiler is not None and compiler.in_process
+
+
+def _built(flags: tuple[str, ...], compiler: Compiler | None = None) -> ctypes.CDLL:
+    """Load the whole kernel."""
+
+    def build() -> Path:
+        return build_shared(kernel_sources(), flags, name="kernel", compiler=compiler)
+
+    return _opened(built_once({"kernel": _kernel_state()}, flags, build, compiler))
+
+
+def _built_part(
+    flags: tuple[str, ...], states: int, switches: bool, assembles: bool, compiler: Compiler | None = None
+) -> ctypes.CDLL:
+    """Load what the usual method needs of the kernel for models of a kind."""
     used = [name for name in _SIGNATURES if assembles or name not in _ASSEMBLY]
     key = f"{_USUAL}, {states} states, {'' if switches else 'no '}events; {', '.join(used)}"
 
@@ -266,9 +288,9 @@ def _fitted(reproducible: bool, states: int, switches: bool, assembles: bool) ->
 
             return needed(fitted(sources, methods=(_USUAL,), states=states, switches=switches), used)
 
-        return build_shared(sources, flags, key, name="kernel", chosen=chosen)
+        return build_shared(sources, flags, key, name="kernel", compiler=compiler, chosen=chosen)
 
-    return _opened(built_once({"kernel": _kernel_state(), "of": key}, flags, build), used)
+    return _opened(built_once({"kernel": _kernel_state(), "of": key}, flags, build, compiler), used)
 
 
 def _kernel_state() -> str:

@@ -37,7 +37,7 @@ def subfolder_doubt(place: Path) -> str:
     except FileNotFoundError:
         return ""
     if not stat.S_ISDIR(state.st_mode):
-        return f"{place} is no folder"
+        return f"{place} is not a folder"
     return "" if sys.platform == "win32" else _place_doubt(place, state, above=False)
 
 
@@ -51,9 +51,9 @@ def _place_doubt(place: Path, state: os.stat_result, *, above: bool) -> str:
 
 
 def file_doubt(state: os.stat_result) -> str:
-    """Say why a file is no file, or who but this user may have written it; empty if nobody can."""
+    """Say why a file is not a file, or who but this user may have written it; empty if nobody can."""
     if not stat.S_ISREG(state.st_mode):
-        return "is no regular file"
+        return "is not a regular file"
     if sys.platform == "win32":
         return ""
     if state.st_uid not in (0, os.geteuid()):

@@ -94,7 +94,7 @@ def inverse(matrix: Array, relative: float | None = None, *, symmetric: bool = F
 
 
 def independent_rows(matrix: Array, relative: float, least: Array | float = 0.0) -> list[int]:
-    """Return the rows of which more than a ``relative`` part is no combination of rows before them (Gram and Schmidt, twice for
+    """Return the rows of which more than a ``relative`` part is not a combination of rows before them (Gram and Schmidt, twice for
     accuracy); those no larger than the ``least`` [n], or undefined, say nothing."""
     basis: list[Array] = []
     chosen: list[int] = []

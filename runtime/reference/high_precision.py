@@ -114,7 +114,7 @@ class PrecisionReference(Struct, frozen=True, eq=False):
 
 
 def ladder_of(precision: str, method: str) -> tuple[float, ...]:
-    """Return the tolerances of the runs of a reference where time allows; none of what is no run of the kernel."""
+    """Return the tolerances of the runs of a reference where time allows; none of what is not a run of the kernel."""
     if precision not in PRECISIONS:
         return ()
     return (LADDERS if precision == "__float128" else SHORT_LADDERS).get(method, ())

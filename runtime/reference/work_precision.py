@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from ..case import Case
 from ..integrate.choose_method import Method, choose_method
 from ..integrate.kernel_run import run_kernel
-from ..integrate.solver_options import SolverOptions
+from ..integrate.solver import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..outcome import SimulationError
 from ..problem import Array

@@ -1,4 +1,7 @@
-"""How accurate a run is: a companion run at a tighter tolerance, and what the motion keeps constant."""
+"""How accurate a run is: a companion run at a tighter tolerance, and what the motion keeps constant.
+
+The verdict on a run tells how it ended and how accurate it was; of a short run it is found when somebody asks.
+"""
 
 from __future__ import annotations
 
@@ -12,7 +15,7 @@ from msgspec import Struct, field
 from msgspec.structs import replace
 
 from ..interface import Quantity
-from ..outcome import Failure
+from ..outcome import Failure, Outcome
 from ..problem import Array, Problem
 from .doubts import Contradiction
 
@@ -213,3 +216,31 @@ def _largest(values: Array, about: float = 0.0) -> float:
     undefined."""
     apart = np.abs(values - about)
     return float(apart[np.isfinite(apart)].max(initial=0.0))
+
+
+class Verdict(Struct, frozen=True):
+    """``message`` says the ``outcome`` in words; ``failure`` is why a run failed; ``remarks`` are what it says itself."""
+
+    outcome: Outcome
+    message: str
+    failure: Failure | None
+    accuracy: Accuracy
+    remarks: tuple[str, ...] = ()
+
+
+class Judged:
+    """A verdict, or what finds it from the rows of the run, which nobody else may change until then."""
+
+    def __init__(self, found: Verdict | Callable[[], Verdict]) -> None:
+        self._found = found
+
+    @property
+    def pending(self) -> bool:
+        """Whether nobody has asked yet."""
+        return not isinstance(self._found, Verdict)
+
+    def __call__(self) -> Verdict:
+        found = self._found
+        if not isinstance(found, Verdict):
+            found = self._found = found()  # whose rows may go
+        return found

@@ -34,7 +34,7 @@ FACTOR = 10.0
 leaves more than nine tenths."""
 
 HELD = 0.5
-"""Share of what a check is off by that a tighter run keeps if that is no error of the integration."""
+"""Share of what a check is off by that a tighter run keeps if that is not an error of the integration."""
 
 MOST_POINTS, MOST_ROWS = 64, 40_000
 """Times at which derivatives of the checks are taken, and states that are evaluated for them."""

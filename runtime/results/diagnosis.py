@@ -6,11 +6,14 @@ import numpy as np
 from msgspec.structs import replace
 
 from ..case import Case, inputs_at
+from ..interface import array_of
+from ..numerics.rank import POSITIONS, decomposed
 from ..outcome import (
     AT_SINGULAR_POSITIONS,
     SINGULAR_MASS,
     Failure,
     assertion_failed,
+    configuration,
     not_finite,
     state_at,
     time_text,
@@ -18,7 +21,6 @@ from ..outcome import (
 )
 from ..problem import Array, Problem
 from .evaluate import Table
-from .reach import with_reach
 
 ZERO = 1e-13
 """Share of the inertia of single coordinates below which that of their combination counts as zero."""
@@ -29,7 +31,7 @@ MOST = 200
 
 
 def failure_at_start(case: Case) -> Failure | None:
-    """Look at the first instant of a case that nothing switches: rates that are no numbers, assertions that do not hold."""
+    """Look at the first instant of a case that nothing switches: rates that are not numbers, assertions that do not hold."""
     t, y, functions = case.begin, case.y0, case.functions
     u = inputs_at(case, t)
     rates = functions.rhs(t, y, u, case.z, case.p)
@@ -151,7 +153,7 @@ def mass_matrix(case: Case, t: float, y: Array) -> Array | None:
 def undefined_energy(problem: Problem, table: Table) -> Failure | None:
     """Give a failure where an energy is undefined from some time to the end, though the accelerations are not.
 
-    Steps may cross a wall of the potential that is thinner than they are; what lies after is no motion of the model.
+    Steps may cross a wall of the potential that is thinner than they are; what lies after is not a motion of the model.
     """
     for index, first in _undefined_last(problem, table, "energy"):
         if first == len(table) - 1 and first > 0:
@@ -168,7 +170,7 @@ def undefined_energy(problem: Problem, table: Table) -> Failure | None:
 
 
 def _undefined_last(problem: Problem, table: Table, kind: str) -> list[tuple[int, int]]:
-    """List the outputs of a kind that are no numbers at the end, with the row from which on they are none."""
+    """List the outputs of a kind that are not numbers at the end, with the row from which on they are none."""
     if not len(table):
         return []
     last = table.outputs_at(slice(len(table) - 1, len(table)))[0]
@@ -182,7 +184,7 @@ def _undefined_last(problem: Problem, table: Table, kind: str) -> list[tuple[int
 
 
 def undefined_outputs(problem: Problem, table: Table) -> tuple[str, ...]:
-    """Say of outputs that are no numbers at the end since when they are none; the motion does not depend on them."""
+    """Say of outputs that are not numbers at the end since when they are none; the motion does not depend on them."""
     since: dict[int, list[str]] = {}
     for index, first in _undefined_last(problem, table, "output"):
         since.setdefault(first, []).append(f"'{problem.outputs[index].name}'")
@@ -198,3 +200,55 @@ def _coordinate(rate: str) -> str:
         return rate
     base, _, component = rate.removeprefix("der(").partition(")")
     return base + component if component else base
+
+
+KIND = "out of reach"
+NEAR = 1e-3
+"""Share of the smallest singular value at the start below which constraints count as dependent."""
+SHARE = 0.3
+"""Part of a unit vector from which on a row is named."""
+INSTANT = 1e-4
+"""Time, as a share of that until the failure, over which the constraints are compared."""
+
+
+def with_reach(case: Case, failure: Failure) -> Failure:
+    """Say of a failure that a drive asks a loop for a position that it cannot reach, where that is so."""
+    y = np.array([failure.state[quantity.name] for quantity in case.problem.states])
+    rows = out_of_reach(case, failure.time, y)
+    if not rows:
+        return failure
+    named = [case.problem.assembly[k] for k in rows]
+    names = " and ".join(dict.fromkeys(f"'{array_of(row.name)[0]}'" for row in named))
+    message = (
+        f"what is driven asks for a position out of reach at {time_text(case.problem, failure.time)}: the loop closed by "
+        f"{names} is stretched out, or folded, to the end, with {configuration(case.problem, y)}"
+    )
+    return replace(failure, kind=KIND, message=message, name=named[0].name, origin=named[0].origin)
+
+
+def out_of_reach(case: Case, t: float, y: Array) -> list[int]:
+    """Return the rows of constraints on positions that depend on each other at (t, y), though not at the start, and that
+    time drives further apart: indices of ``assembly``; none where there are no such."""
+    problem, functions = case.problem, case.functions
+    rows = [k for k, row in enumerate(problem.assembly) if row.stage == 1 and row.kind == "constraint"]
+    if not rows or functions.assembly is None or functions.assembly_jacobian is None or not t > case.begin:
+        return []
+    residuals, jacobian = functions.assembly, functions.assembly_jacobian
+
+    def derivatives(time: float, state: Array) -> Array:
+        found = jacobian(time, state, inputs_at(case, time), case.z, case.p)
+        return found.reshape(-1, problem.nv)[rows]
+
+    first, last = derivatives(case.begin, case.y0), derivatives(t, y)
+    if not (np.isfinite(first).all() and np.isfinite(last).all()):
+        return []
+    begun, now = decomposed(first), decomposed(last)
+    rank = begun.rank(POSITIONS)
+    if not rank or now.values[rank - 1] > NEAR * begun.values[rank - 1]:
+        return []
+    direction = now.left[:, rank - 1]
+    step = INSTANT * (t - case.begin)
+    apart = [residuals(at, y, inputs_at(case, at), case.z, case.p)[rows] for at in (t - step, t + step)]
+    if abs(direction @ (apart[1] - apart[0])) <= np.sqrt(NEAR) * np.linalg.norm(apart[1] - apart[0]):
+        return []
+    return [rows[k] for k in np.flatnonzero(np.abs(direction) > SHARE)]

@@ -62,7 +62,7 @@ def _whole(known: Mapping[str, Array], name: str) -> Array:
         raise KeyError(f"there is no '{name}'{suggest(name, names_of(known))}")
     shape = tuple(max(axis) for axis in zip(*places, strict=False))
     if places != [tuple(i + 1 for i in place) for place in np.ndindex(shape)]:
-        raise KeyError(f"'{name}' is no whole array, its elements are {', '.join(names)}")
+        raise KeyError(f"'{name}' is not a whole array, its elements are {', '.join(names)}")
     first = np.asarray(known[names[0]])
     return np.stack([known[one] for one in names], axis=-1).reshape(*first.shape, *shape)
 

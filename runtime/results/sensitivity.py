@@ -58,7 +58,7 @@ class Sensitivities(Struct, frozen=True, eq=False):
             return Sensitivity(quantity, to, self.units[quantity][k], self.columns[quantity][:, k], errors)
         names = elements(self.columns, quantity)
         if not names:
-            raise KeyError(f"'{quantity}' is no state and no output{suggest(quantity, self.columns)}")
+            raise KeyError(f"'{quantity}' is neither a state nor an output{suggest(quantity, self.columns)}")
         errors = None if self.errors is None else np.column_stack([self.errors[n][:, k] for n in names])
         values = np.column_stack([self.columns[n][:, k] for n in names])
         return Sensitivity(quantity, to, self.units[names[0]][k], values, errors)

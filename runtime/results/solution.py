@@ -17,22 +17,20 @@ from ..interface import Quantity
 from ..outcome import Failure, Outcome
 from ..problem import Array, Problem
 from ..rows import AT_ONCE
-from .accuracy import Accuracy, Drift
+from .accuracy import Accuracy, Drift, Judged
 from .branches import Branches
-from .condition import Condition, no_condition
 from .doubts import Contradiction
-from .energy_accounts import EnergyAccounts, energy_accounts
 from .evaluate import Table
-from .extents import Extent, extents
 from .files import json_number
 from .quantities import Display, LazyValues, Results, Values
-from .remarks import shown_remarks
-from .sensitivity import Sensitivities, Sensitivity, none_asked
-from .verdict import Judged
 
 if TYPE_CHECKING:
     from .branch_jumps import Jump
+    from .condition import Condition
+    from .energy_accounts import EnergyAccounts
+    from .extents import Extent
     from .further_solutions import Several
+    from .sensitivity import Sensitivities, Sensitivity
 
 Columns = Callable[[Array], Array]
 """times [n] -> rows [n, number of columns]"""
@@ -154,6 +152,8 @@ class Solution(Results):
     @cached_property
     def _extents(self) -> Mapping[str, Extent]:
         """The first and last, lowest and highest value of states and outputs."""
+        from .extents import extents
+
         return extents(self.motion.columns, self._column)
 
     @cached_property
@@ -178,6 +178,8 @@ class Solution(Results):
     @cached_property
     def energy(self) -> EnergyAccounts | None:
         """Where its energy came from and where it went."""
+        from .energy_accounts import energy_accounts
+
         return energy_accounts(self.problem, self.motion.columns)
 
     @property
@@ -187,6 +189,8 @@ class Solution(Results):
 
     @cached_property
     def _shown_remarks(self) -> tuple[str, ...]:
+        from .remarks import shown_remarks
+
         listed, met = quantities(self.problem), self._extents
         if not len(self.time):
             return ()
@@ -250,6 +254,8 @@ class Solution(Results):
         """Give d(``of``)/d(``to``) over ``time``: of a state or output, in a parameter, initial value or input that the run
         was asked to be differentiated in. Raises SimulationError if it was asked for none, KeyError for other names."""
         if self.motion.sensitivities is None:
+            from .sensitivity import none_asked
+
             raise none_asked()
         return self.motion.sensitivities.of(of, to)
 
@@ -257,6 +263,8 @@ class Solution(Results):
     def condition(self) -> Condition:
         """How small changes of the start grow along the motion. Raises SimulationError if the run was not asked for it."""
         if self.motion.condition is None:
+            from .condition import no_condition
+
             raise no_condition()
         return self.motion.condition
 

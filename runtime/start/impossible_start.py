@@ -87,7 +87,7 @@ def _not_assembled(
         origin,
         code="E0606",
         notes=tuple(notes),
-        help="this is the closest position that was found; look at lengths and places, or guess closer",
+        help="this is the closest position that was found; check lengths and places, or give closer guesses",
     )
 
 

@@ -9,10 +9,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import SimulationOptions, find_experiment
+from ..delays import refuse_delays
 from ..interface import ModelInterface
 from ..outcome import Outcome, SimulationError
 from ..problem import Problem
-from ..refuse_delays import refuse_delays
 from ..results.solution import Solution
 
 OF_A_MOTION = frozenset({"start", "stop", "every", "step", "tolerance", "method", "estimate_error"})

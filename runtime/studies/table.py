@@ -55,28 +55,28 @@ STUDIES = {
         ),
         Kind(
             "task",
-            "What is to be learnt, and what comes of leaving the inputs as they are?",
+            "Which learning task does it pose, and what return do unchanged inputs give?",
             "kinds.task:Task",
         ),
         Kind(
             "linearize",
-            "What linear system is it near a state, between inputs and outputs?",
+            "Which linear system approximates it near a state, between inputs and outputs?",
             "kinds.linearize:Linearize",
         ),
         Kind(
             "response",
-            "How strongly and how late does it answer sines, between inputs and outputs?",
+            "With which gain and phase does it respond to sines, between inputs and outputs?",
             "kinds.response:Response",
         ),
-        Kind("along", "What linear systems follow each other along the run?", "kinds.along:LinearizeAlong"),
+        Kind("along", "Which linear systems approximate it along a run?", "kinds.along:LinearizeAlong"),
         Kind(
             "equilibria",
-            "Where does it rest, stable or not, and how does that change over a parameter?",
+            "Where are its equilibria, are they stable, and how do they change with a parameter?",
             "kinds.equilibria:FindEquilibria",
         ),
         Kind(
             "curves",
-            "Which curves make something stationary, over a parameter, and where do they end?",
+            "Which curves make an integral stationary as a parameter varies, and where do they end?",
             "kinds.curves:FollowCurves",
         ),
         Kind(
@@ -91,7 +91,7 @@ STUDIES = {
         ),
         Kind(
             "fit",
-            "Which parameters and starts move the model as it was measured, and what cannot the data tell?",
+            "Which parameters and initial values reproduce measured data, and which of them remain undetermined?",
             "kinds.fit:Fit",
         ),
         Kind(
@@ -107,7 +107,7 @@ STUDIES = {
         ),
         Kind(
             "scattering",
-            "By what angle is it deflected, over the impact parameter?",
+            "By what angle is it deflected, as a function of the impact parameter?",
             "kinds.scattering:Scattering",
         ),
         Kind(
@@ -116,38 +116,44 @@ STUDIES = {
             "kinds.gradient:FindGradient",
         ),
         Kind(
-            "optimum", "By which values is a goal of the motion greatest, or least?", "kinds.optimum:Optimum"
+            "optimum", "Which values make a goal of the motion greatest, or least?", "kinds.optimum:Optimum"
         ),
         Kind(
-            "spectrum", "Which frequencies does a motion hold, and how strongly?", "kinds.spectrum:Spectrum"
+            "spectrum",
+            "Which frequencies does a motion contain, and with which amplitudes?",
+            "kinds.spectrum:Spectrum",
         ),
         Kind(
             "rainflow",
-            "How many cycles of which range does a load go through, for its fatigue?",
+            "How many load cycles of which range occur, for fatigue?",
             "kinds.rainflow:Rainflow",
         ),
-        Kind("diagram", "What does it settle to, over a parameter?", "kinds.diagram:Diagram"),
+        Kind("diagram", "What does it settle to as a parameter varies?", "kinds.diagram:Diagram"),
         Kind(
             "hysteresis",
             "How does a motion follow a parameter that goes slowly up and down: where does it jump?",
             "kinds.hysteresis:Hysteresis",
         ),
-        Kind("threshold", "From which value on does something happen?", "kinds.threshold:Threshold"),
-        Kind("lyapunov", "How fast do neighbouring motions part: is it chaotic?", "kinds.lyapunov:Lyapunov"),
+        Kind(
+            "threshold", "From which parameter value on does something happen?", "kinds.threshold:Threshold"
+        ),
+        Kind(
+            "lyapunov", "How fast do neighbouring motions diverge: is it chaotic?", "kinds.lyapunov:Lyapunov"
+        ),
         Kind(
             "volume",
-            "Does the flow keep volumes of states, or how fast do they shrink?",
+            "Does the flow preserve the volume of phase space, or how fast does it shrink?",
             "kinds.volume:Volume",
         ),
-        Kind("period", "How long does one swing last, over the energy?", "kinds.period:Period"),
+        Kind("period", "How long does one swing last, as a function of the energy?", "kinds.period:Period"),
         Kind(
             "section",
-            "Where does it go through a surface, or stand once in every period?",
+            "Where does it cross a surface, or where is it once in every period?",
             "kinds.section:Section",
         ),
         Kind(
             "symmetries",
-            "Which transformations leave it as it is, and what do they keep constant?",
+            "Which transformations leave it unchanged, and which quantities do they conserve?",
             "kinds.symmetries:Symmetries",
         ),
         Kind(
@@ -189,7 +195,7 @@ STUDIES = {
         Kind("energy", "Where can a motion of a given energy go?", "kinds.energy:Energy"),
         Kind(
             "portrait",
-            "What do the paths of a motion in a plane look like: points of rest, separatrices?",
+            "What do its paths in the phase plane look like: points of rest, separatrices?",
             "kinds.portrait:Portrait",
         ),
     )

@@ -10,7 +10,7 @@ from ..case import Case, input_values
 from ..functions import Functions, load_functions, named_function
 from ..integrate.choose_method import Method
 from ..integrate.kernel_run import run_kernel
-from ..integrate.solver_options import SolverOptions
+from ..integrate.solver import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..outcome import SimulationError
 from ..problem import Array, Directions, ModelFunction, Problem

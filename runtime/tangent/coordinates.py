@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..problem import Array, Problem
+from .augmented import Augmented
 
 
 def basis(problem: Problem, y: Array) -> Array:
@@ -41,3 +42,26 @@ def _squares(problem: Problem) -> Array:
     """Give the squares of the columns of B, which are orthogonal; 1 for all but rotations."""
     quarter = [0.25 if i in problem.rotations else 1.0 for i in problem.partner]
     return np.array([*quarter, *np.ones(problem.nv + problem.nx)])
+
+
+def projected(
+    augmented: Augmented,
+    t: float,
+    y: Array,
+    w: Array,
+    z: Array,
+    dz: Array | None = None,
+) -> Array:
+    """Give W [ny, k], changes at the time t, moved onto the constraints at the state y [ny], in the metric of the masses."""
+    problem = augmented.case.problem
+    nq, nv = problem.nq, problem.nv
+    u, more = augmented.inputs(t), augmented.discretes(z, dz)
+    w = w.copy()
+    for name in ("project_position", "project_velocity"):
+        change = augmented.function(f"tangent_{name}", nv)(t, augmented.joined(y, w), u, more, augmented.p)
+        d = change.reshape(-1, nv).T
+        if name == "project_position":
+            w += basis(problem, y)[:, :nv] @ d
+        else:
+            w[nq : nq + nv] += d
+    return w

@@ -14,19 +14,18 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ..case import Case
+from ..delays import refuse_delays
 from ..integrate.choose_method import Method
 from ..integrate.trajectory import Statistics
 from ..methods import refuse_contact_steps
 from ..outcome import Failure, SimulationError
 from ..problem import Array, Problem
-from ..refuse_delays import refuse_delays
 from ..results.accuracy import companion_tolerance
 from ..results.evaluate import evaluate_rows
 from .augmented import augment
-from .coordinates import basis, minimal
+from .coordinates import basis, minimal, projected
 from .directions import Direction, as_asked, named
 from .pieces import Pieces, Rows, spread
-from .projection import projected
 from .sizes import tangent_nominals
 from .start import start_tangents
 

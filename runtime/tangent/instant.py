@@ -16,8 +16,7 @@ from ..native import contract
 from ..numerics.rank import inverse
 from ..problem import Array
 from .augmented import Augmented
-from .coordinates import basis
-from .projection import projected
+from .coordinates import basis, projected
 
 GAP, RATE, DRIFT, SECOND, FORCE, LIMIT, COEFFICIENT, EXTRA = range(8)
 """What is measured of each row (``mech_row_value`` of the kernel)."""
@@ -122,6 +121,9 @@ class Instant:
         change = np.einsum("jk,jw->wk", impulse_changes, b[chosen]) + np.einsum(
             "j,jwk->wk", impulses, db[chosen]
         )
+        h = self.hybrid
+        steps = any(p != 0 and self.rows[i].kind == STEP for p, i in zip(impulses, chosen, strict=True))
+        before = self.energy() if h.carried and h.supplied >= 0 and h.total >= 0 and not steps else None
         lost = supplied = 0.0
         d_lost, d_supplied = np.zeros(self.augmented.count), np.zeros(self.augmented.count)
         for p, dp, i in zip(impulses, impulse_changes, chosen, strict=True):
@@ -134,9 +136,12 @@ class Instant:
             d_supplied -= dp * m[i, DRIFT] + p * dm[i, DRIFT]
         self.y[nq : nq + nv] += moved[:nv]
         self.w[nq : nq + nv] += change[:nv]
+        if before is not None:  # what constraints and drives that move bring in
+            after = self.energy()
+            supplied, d_supplied = after[0] - before[0] + lost, after[1] - before[1] + d_lost
         for place, amount, changes in (
-            (self.hybrid.dissipated, lost, d_lost),
-            (self.hybrid.supplied, supplied, d_supplied),
+            (h.dissipated, lost, d_lost),
+            (h.supplied, supplied, d_supplied),
         ):
             if place >= 0:
                 self.y[place] += amount
@@ -199,7 +204,7 @@ class Instant:
         self.book(before)
 
     def _acted(self, branch: contract.BranchStruct, size: int) -> Array:
-        out = np.empty(size + branch.n_checks)
+        out = np.concatenate([self.y, self.z, np.zeros(branch.n_checks)])
         assert branch.act is not None
         arrays = (self.y, self.inputs(), self.z, self.case.p, out)  # alive until the call returns
         contract.MODEL_FUNCTION(branch.act)(self.t, *(a.ctypes.data for a in arrays))

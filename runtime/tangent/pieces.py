@@ -13,7 +13,7 @@ from ..case import Case
 from ..integrate.choose_method import Method
 from ..integrate.events import EventRecord
 from ..integrate.kernel_run import run_kernel
-from ..integrate.solver_options import SolverOptions
+from ..integrate.solver import SolverOptions
 from ..integrate.trajectory import Trajectory
 from ..native import contract
 from ..outcome import Failure, SimulationError, time_text

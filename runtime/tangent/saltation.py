@@ -32,8 +32,9 @@ REPLAYED = 1e-6
 ROUNDED = 1e-13
 """Of the size of a state: what differs by rounding alone. Whether a contact rebounds or rests makes more, however softly it hits."""
 
-AGREE = 1e-12
-"""Relative difference of rates by laws that agree."""
+AGREE = 1e-9
+"""Relative difference of rates by laws that agree, at an instant that is known to rounding: where a slip begins, it may stick again
+at once by that."""
 
 QUIET = frozenset({"rest", "lift-off", "stick", "slip"})
 """Kinds of events that may change nothing but what holds."""
@@ -53,6 +54,10 @@ class TangentSizes(Struct, frozen=True, eq=False):
 
     nominal: Array
     tangents: Array
+
+
+class StartsOnSurface(SimulationError):
+    """A motion that begins at the very point where something changes."""
 
 
 class Crossing(Struct, frozen=True):
@@ -323,7 +328,7 @@ def check_start(here: Instant, nominal: Array) -> None:
     sizes = np.maximum(np.abs(here.w / nominal[:, None]).max(axis=0), 1e-300)
     for name, which, changes in _surfaces(here, nominal):
         if (np.abs(changes) > ONE_SIDED * sizes * _scale(here, which, nominal)).any():
-            raise SimulationError(
+            raise StartsOnSurface(
                 f"the motion begins at the very point where '{name}' changes, and a change of the start leaves it: there is "
                 "a derivative on one side only",
                 help="begin a little before or after, or differentiate in what leaves it as it is",

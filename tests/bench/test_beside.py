@@ -18,7 +18,7 @@ from mechc.measurement import peers as libraries
 from mechc.measurement.peers import diffsol, heyoka
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
-from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.solver import SolverOptions
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.reference.work_precision import Peer
 

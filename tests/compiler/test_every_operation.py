@@ -36,7 +36,7 @@ from differentiable_modules import plain_module
 from native_code import Both, bits
 from sympy import sympify
 
-from mechc.compiler.equations.hybrid import switches, whole_parts
+from mechc.compiler.equations.hybrid import switches
 from mechc.compiler.graph import DivisionByZero, Graph, Node, fold, kinks
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.differentiate import jvp
@@ -269,8 +269,8 @@ def test_it_says_whether_it_jumps(row: Operation) -> None:
     if row.jumps and row.code not in REFUSED:
         g = Graph()
         n = apply(g, row, [g.symbol(f"x{i}") for i in range(row.arity)])
-        located = whole_parts.stair(g, n) is not None or switches.compared(g, n) is not None
-        files = f"'compared' in {file_of(switches)}, 'stair' in {file_of(whole_parts)}"
+        located = switches.stair(g, n) is not None or switches.compared(g, n) is not None
+        files = f"'compared' or 'stair' in {file_of(switches)}"
         assert located, f"where '{row.name}' jumps there is no event: {files}"
 
 

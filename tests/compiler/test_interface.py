@@ -12,8 +12,7 @@ from native_code import compile_c
 from random_models.python_functions import load_python
 from sample_equations import pendulum
 
-from mechc.compiler.equations.model import CompilerInterface, Equations
-from mechc.compiler.equations.quantities import origin
+from mechc.compiler.equations.model import CompilerInterface, Equations, origin
 from mechc.compiler.program import lower
 from mechc.compiler.program.model import Program
 from mechc.compiler.targets.c import emit_c

@@ -38,10 +38,14 @@ OWN: dict[str, Callable[..., Any]] = {
     "maximum": max,
     "modulo": lambda a, b: a - b * mpmath.floor(a / b),
     "pow": lambda a, b: mpmath.exp(b * mpmath.log(a)),
+    "equal": lambda a, b: mpmath.mpf(a == b),
+    "select": lambda condition, a, b: a if condition else b,
+    "derived": lambda value, formula: value,
 }
 """Where mpmath has no function of the same name, or another one."""
 CHOICES = {ops.LESS, ops.LESS_EQUAL, ops.EQUAL, ops.AND, ops.OR, ops.NOT, ops.SELECT, ops.LOOKUP, ops.NORMAL}
-"""They compute nothing, or are tables of floats, or random ones."""
+CHOICES |= {ops.DERIVED}
+"""They compute nothing, or are tables of floats, or random ones; ``derived`` has the derivatives of something else."""
 
 DIFFERENTIABLE = [row for row in ROWS if row.code not in CHOICES]
 EVERY = pytest.mark.parametrize("row", DIFFERENTIABLE, ids=[row.name for row in DIFFERENTIABLE])

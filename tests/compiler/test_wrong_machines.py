@@ -10,6 +10,18 @@ X = "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\n"
 A = "coordinate Angle a = 0 rad; kinetic 1/2*1 kg.m^2*der(a)^2;\n"
 
 WRONG = {
+    "degrees Celsius": (
+        X + "parameter Temperature T = 20 degC;",
+        "E0112",
+        "unknown unit 'degC'",
+        "temperatures are written in K: 293.15 K, and a difference is 20 K",
+    ),
+    "three moments of inertia": (
+        "import mech.spatial.*;\nBody b(m = 1 kg, J = {1, 2, 3} kg.m^2);",
+        "E0305",
+        "'J' has 3 x 3 elements, the value has 3 elements",
+        "give it 3 x 3 elements, or write 'diag({1, 2, 3} kg.m^2)' for a diagonal matrix",
+    ),
     "node on nothing": (
         X + "coordinate Length z ~ 0 m;",
         "E0520",
@@ -22,16 +34,23 @@ WRONG = {
         "nothing with mass moves with 'z'",
         "contacts and friction in contacts act on what has mass: give some to what it moves; a damping needs none",
     ),
+    "freewheel at a massless": (
+        X
+        + "coordinate Length z = 0 m; potential 1/2*4 N/m*z^2; friction f: forward 1 N backward infinite on z - x;",
+        "E0541",
+        "the friction 'f' does not determine the motion of a massless coordinate",
+        "let a damping act on this coordinate too, give it a mass, or a large limit in place of 'infinite'",
+    ),
     "static friction at a massless": (
         X + "coordinate Length z = 0 m; potential 1/2*4 N/m*(x - z)^2;\nfriction f: 1 N static 2 N on z;",
         "E0541",
-        "the friction 'f' does not decide the motion of what has no mass",
-        "without mass it would jump where it begins to slide; leave 'static' out, or give a mass to what it moves",
+        "the friction 'f' does not determine the motion of a massless coordinate",
+        "without mass, the coordinate would jump when sliding begins; leave 'static' out, or give it a mass",
     ),
     "friction on a rotation without mass": (
         "import mech.planar.*;\nBody arm(m = 0 kg, J = 0 kg.m^2); Revolute h(world -> arm.a, angle = 0 rad);\nfriction f: 1 N.m on h.angle;",
         "E0541",
-        "the friction 'f' does not decide the motion of what has no mass",
+        "the friction 'f' does not determine the motion of a massless coordinate",
         "connect what it moves by a spring or a damping, or give it a mass",
     ),
     "impulse on a massless": (
@@ -46,7 +65,7 @@ WRONG = {
         + "input Length u; coordinate Length z ~ 0 m; potential 1/2*4 N/m*(x - z)^2 + 1/2*4 N/m*(z - u)^2; output r = der(z);",
         "E0523",
         "the equations need the rate of the input 'u', which is unknown",
-        "let a 'state' follow the input and use the state instead",
+        "let formulas read it through a filter, which has rates: u(filter = 1 ms); a constant default keeps it as it is",
     ),
     "output guess without equation": (
         X + "output z ~ 1; force -1 N*z on x;",
@@ -70,7 +89,7 @@ WRONG = {
         X + "output Length z ~ 1 m; equation z^2 = x; force -1 N/m*z on x;",
         "E0302",
         "the sides of the equation differ: left side is an area (m^2), right side is a length (m)",
-        "",
+        "on the right side one factor of [m] is missing; a length in scope: 'x' (line 1), 'z' (line 2)",
     ),
     "circle of signals": (
         "model G input Real u; output Real y = 2*u^2; end G;\nmodel L\n  G a(u = b.y); G b(u = a.y);\n  state Real s = 0; equation der(s) = a.y/1 s;\nend L;",
@@ -88,7 +107,7 @@ WRONG = {
         "function f(Real x) -> (Real a, Real b)\n  return x;\nend f;\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\nlet (p, q) = f(x/1 m); force -p*1 N on x;",
         "E0222",
         "'f' gives 2 values, this returns 1",
-        "",
+        "write 'return (a, b);', one value for each",
     ),
     "unbounded loop": (
         "function f(Real x) -> Real\n  var s = x;\n  while s > 1 loop s := s/2; end while;\n  return s;\nend f;\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\nforce -f(x/1 m)*1 N on x;",
@@ -118,19 +137,19 @@ WRONG = {
         "function f(Length x) -> Length\n  var s = 0 m;\n  s := x^2;\n  return s;\nend f;\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\nforce -f(x)*1 N/m on x;",
         "E0303",
         "'s' is a length (m), the value is an area (m^2)",
-        "",
+        "one factor of [m] is too many",
     ),
     "index out of range": (
         "function f(Real c[3]) -> Real\n  return c[4];\nend f;\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\nforce -f({1,2,3})*x*1 N/m on x;",
         "E0314",
         "index 4 is outside 1:3",
-        "",
+        "the first one is 'c[1]', the last one 'c[3]'",
     ),
     "sizes that do not fit": (
         "function f(Real a[n], Real b[n]) -> Real\n  return sum(a[i]*b[i] for i in 1:n);\nend f;\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\nforce -f({1,2,3},{1,2})*x*1 N/m on x;",
         "E0305",
         "'b' has 3 elements, the value has 2 elements",
-        "",
+        "give it 3 elements, or one value for all of them",
     ),
     "python words": (
         "function f(Real x) -> Real\n  s = x;\n  return s;\nend f;\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\nforce -f(x/1 m)*1 N on x;",
@@ -142,7 +161,7 @@ WRONG = {
         X + "parameter Real A[2,3] = {{1,2,3},{4,5,6}}; let b[2] = solve(A, {1,2}); force -b[1]*1 N on x;",
         "E0305",
         "'solve' takes a square matrix, this is an array [2, 3] of numbers",
-        "",
+        "a system has as many equations as unknowns; least squares of more are 'solve(transpose(A)*A, transpose(A)*b)'",
     ),
     "eigenvalues of a moving matrix": (
         X + "let e[2] = eigenvalues({{x/1 m, 0},{0, 1}}); force -e[1]*1 N on x;",
@@ -154,7 +173,7 @@ WRONG = {
         X + "parameter Real A[2,2] = {{1,2},{3,4}}; let b[3] = A*{1,2,3}; force -b[1]*1 N on x;",
         "E0305",
         "a matrix of 2 columns cannot be multiplied by 3 rows",
-        "",
+        "the right side has one row for each column of the left one, 2",
     ),
     "matlab apostrophe": (
         X + "parameter Real A[2,2] = {{1,2},{3,4}}; let B[2,2] = A'; force -B[1,1]*x*1 N/m on x;",
@@ -197,7 +216,7 @@ WRONG = {
         X + "force -4 N/m*delay(x, 0.1) on x;",
         "E0304",
         "'delay' takes a time, this is a number",
-        "",
+        "write '0.1 s'",
     ),
     "delay in potential": (
         X + "potential 1/2*4 N/m*(x - delay(x, 0.1 s))^2;",
@@ -232,7 +251,7 @@ WRONG = {
     "x(t-0.1)": (
         X + "force -4 N/m*x(time - 0.1 s) on x;",
         "E0209",
-        "'x' is declared, but it is no function",
+        "'x' is declared, but it is not a function",
         "write 'x*(...)' for a product; its value a while ago is 'delay(x, T)'",
     ),
     "noise without period": (
@@ -245,13 +264,13 @@ WRONG = {
         X + "force 1 N*noise(1, -0.1 s) on x;",
         "E0584",
         "a noise with the period -0.1 s is none",
-        "",
+        "write the time from one random number to the next, as in 'noise(1, 0.1 s)'",
     ),
-    "noise with a seed that is no whole number": (
+    "noise with a seed that is not a whole number": (
         X + "force 1 N*noise(1.5, 0.1 s) on x;",
         "E0308",
         "'noise' takes a whole number as seed, this is a number",
-        "",
+        "write a whole number, as in 'noise(1, 0.1 s)'; another one is another signal",
     ),
     "random": (
         X + "force 1 N*random() on x;",
@@ -263,19 +282,19 @@ WRONG = {
         A + "force 1 N.m on a; friction 2 N.m on a; output m = multiplier(friction);",
         "E0212",
         "'multiplier' asks about a named constraint, contact or friction, 'friction' is none",
-        "",
+        "give one a name, as in 'constraint hold: a = b;', and ask 'multiplier(hold)'",
     ),
     "negative side": (
         A + "friction f: forward -1 N.m backward 1 N.m on a;",
         "E0706",
         "the limit of friction 'f' is negative",
-        "",
+        "write how large the force may be, without a sign: friction acts against the motion by itself",
     ),
     "forward alone": (
         A + "friction f: forward 1 N.m on a;",
         "E0110",
         "expected 'backward', found 'on'",
-        "",
+        "a friction of two sides has both limits: 'friction forward 2 N backward 1 N on x;'",
     ),
     "both infinite": (
         A + "friction f: forward infinite backward infinite on a;",
@@ -293,7 +312,7 @@ WRONG = {
         A + "friction f: 2 N.m on time;",
         "E0322",
         "a friction force on a time (s) is a power (W)",
-        "",
+        "a friction force acts on a coordinate, or on a length or an angle made of coordinates: name it after 'on'",
     ),
     "stationary of what falls": (
         A + "force 1 N.m on a; initial stationary;",
@@ -310,8 +329,8 @@ WRONG = {
     "parameter to find without condition": (
         A + "parameter c ~ 1 N.m/rad; potential 1/2*c*a^2;",
         "E0610",
-        "nothing at the start decides the parameter 'c'",
-        "add one statement about the start for it, as 'initial der(q, 2) = 0;', or write 'c = ..'",
+        "no initial condition determines the parameter 'c'",
+        "add one more initial condition, such as 'initial der(q, 2) = 0;', or write 'c = ..'",
     ),
     "servo force that does not reach": (
         X
@@ -323,7 +342,7 @@ WRONG = {
     "servo by a parameter": (
         X + "parameter F = 1 N; force F on x; constraint hold: x = 1 m by F;",
         "E0726",
-        "'F' is no input that is free",
+        "'F' is not an input that is free",
         "write 'by force on F'",
     ),
     "gravity by a function of a wrong result": (
@@ -332,11 +351,11 @@ WRONG = {
         "the field 'g' is neither an acceleration nor a potential",
         "give a vector in m/s^2, or a number in m^2/s^2, the potential energy of a mass over the mass",
     ),
-    "release what is no constraint": (
+    "release what is not a constraint": (
         A + "when a > 1 rad then release nothing; end when;",
         "E0201",
         "unknown name 'nothing'",
-        "",
+        "name the constraint, as in 'constraint hold: a = b;'",
     ),
     "release of a friction": (
         A + "friction f: 1 N.m on a; when a > 1 rad then release f; end when;",
@@ -354,13 +373,13 @@ WRONG = {
         "model L input u; state typeof(v) y = 0; equation der(y) = (u - y)/1 s; end L;\nmodel M\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\n  L l(u = x);\nend M;",
         "E0201",
         "unknown name 'v'",
-        "",
+        "declare it: 'parameter v = ..;' for a given value, 'let v = ..;' for a formula",
     ),
     "generic block with two types": (
         "model L input u; input v; output y = u + v; end L;\nmodel M\ncoordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2;\n  L l(u = x, v = der(x)); force -1 N/m*l.y on x;\nend M;",
         "E0302",
         "the two sides of '+' differ: left side is a length (m), right side is a velocity (m/s)",
-        "",
+        "on the right side one factor of [s] is missing",
     ),
     "rates of states in a circle": (
         "state Real p = 1; state Real q = 0; equation der(p) = der(q) + 1 Hz; equation der(q) = der(p);",
@@ -385,4 +404,9 @@ def test_messages_of_wrong_machines(name: str) -> None:
         mechc.loads(text + end)
     said = str(refused.value)
     assert f"error[{code}]: {message}" in said
-    assert help in said
+    assert help and help in said.partition("= help: ")[2]
+
+
+def test_a_circle_of_names_is_told_whole() -> None:
+    with pytest.raises(mechc.CompileError, match="a -> b -> d -> a"):
+        mechc.loads(X + "let e = a; let a = b + 1; let b = 2*d; let d = a; force a*1 N on x;").compiled()

@@ -120,3 +120,15 @@ def test_rows_are_whole(page: str) -> None:
         count = line.count(" | ") if line.startswith("| ") else 0
         assert not columns or not count or count == columns, line
         columns = count
+
+
+def test_machines_of_parts_are_as_short_as_the_page_says() -> None:
+    """Lines of the examples without comments and blank lines, in the canonical layout that all examples have; none above 60 % of the same by hand."""
+    page = (HOW_TO / "parts_by_other_names.md").read_text(encoding="utf-8")
+    jobs = re.findall(r"(?m)^\| [^|]+ \| (\d+) \| (\d+) \| (\d+) % \| \[(\w+)\]", page)
+    assert len(jobs) == 9
+    for by_hand, of_parts, share, name in jobs:
+        text = (ROOT / "examples" / f"{name}.mech").read_text(encoding="utf-8")
+        lines = [line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("//")]
+        assert len(lines) == int(of_parts), name
+        assert round(100 * len(lines) / int(by_hand)) == int(share) <= 60, name

@@ -29,6 +29,7 @@ LONG = {
     "basins",
     "controller_that_knows_the_model",
     "forces_of_measured_motion",
+    "predictive_control",
     "reproducible_runs",
     "pictures_for_print",
     "measured_motion",

@@ -1,7 +1,7 @@
 """What the doc string of an example promises in numbers, its obvious command prints: ``mechc run FILE``, and ``mechc study FILE`` where the
 file states studies.
 
-A number of the model text itself, such as a parameter, is no promise; nor is a year, or a coefficient inside a formula.
+A number of the model text itself, such as a parameter, is not a promise; nor is a year, or a coefficient inside a formula.
 """
 
 from __future__ import annotations

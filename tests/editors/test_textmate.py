@@ -140,7 +140,7 @@ const fs = require('fs'), vsctm = require('vscode-textmate'), oniguruma = requir
 
 
 def test_the_engine_of_editors_reads_the_patterns_alike() -> None:
-    """Needs ``npm install`` in editors/vscode: Oniguruma is no expression library of Python."""
+    """Needs ``npm install`` in editors/vscode: Oniguruma is not an expression library of Python."""
     node = shutil.which("node")
     asked = "require.resolve('vscode-textmate'), require.resolve('vscode-oniguruma')"
     if node is None or subprocess.run([node, "-e", asked], cwd=PACKAGE, capture_output=True).returncode != 0:

@@ -144,6 +144,7 @@ def test_long_lines_are_broken_and_read_back() -> None:
         f"let a = {{{', '.join(names)}}} mm;",
         f'Bar b({", ".join(f"{n} = {n}" for n in names)}) if {" or ".join(names)} "doc";',
         f"let a = f(x, g({', '.join(names)}), {{{', '.join(names)}}});",
+        f"contact {names[0]} with {', '.join(names)} friction 0.3;",
         f"force {names[0]} on {'.'.join(names[:5])} at {'.'.join(names[:5])} from {'.'.join(names[:5])};",
     ):
         lines = formatted(text).splitlines()

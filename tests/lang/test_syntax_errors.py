@@ -235,7 +235,7 @@ def test_ends_of_blocks_and_files(text: str, code: str, marked: str) -> None:
 )
 def test_blocks_among_actions_get_one_message(block: str, word: str, advice: str) -> None:
     (found,) = errors_of(f"when x > 0 then n := 2; {block} m := 1; end when; let a = 2;")
-    assert found.code == "E0110" and found.message == f"'{word}' is no action of a 'when'"
+    assert found.code == "E0110" and found.message == f"'{word}' is not an action of a 'when'"
     assert advice in found.help
 
 

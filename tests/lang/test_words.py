@@ -30,9 +30,9 @@ def test_closest() -> None:
     assert closest("potental", ["parameter", "potential"]) == "potential"
     assert closest("Theta", ["beta", "theta"]) == "theta"  # case first
     assert closest("lenght", ["length", "light"]) == "length"  # a swap is one edit
-    assert closest("x", ["y"]) is None  # one letter is no hint
+    assert closest("x", ["y"]) is None  # one letter is not a hint
     assert closest("abc", ["xyz"]) is None
-    assert closest("mass", ["mass"]) is None  # the word itself is no suggestion
+    assert closest("mass", ["mass"]) is None  # the word itself is not a suggestion
     assert closest("bars", ["cars", "bar"]) == "bar"  # the same first letter wins
 
 

@@ -333,7 +333,7 @@ end Awkward;
 
 
 def test_the_c_program_writes_the_table_that_a_run_writes(tmp_path: Path) -> None:
-    """Names with commas, accounts that are states and outputs; words that are no numbers."""
+    """Names with commas, accounts that are states and outputs; words that are not numbers."""
     from mechc.runtime.native.build import find_compiler
     from mechc.runtime.results.files import read_results
 

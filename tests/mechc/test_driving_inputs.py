@@ -290,3 +290,32 @@ def test_a_filtered_input_drives_in_an_fmu(tmp_path: Path) -> None:
     found = run_fmu(tmp_path / "f.fmu", kind="cs", stop=0.5, every=1e-3, inputs={"road": str(ramp)})
     t = np.maximum(found.time - 5e-4, 0)  # held over a communication step, the ramp lags by half of it
     np.testing.assert_allclose(found["axle"], t - 0.04 + (t + 0.04) * np.exp(-t / 0.02), atol=1e-5)
+
+
+TROLLEY = """
+import mech.translational.*;
+input Velocity v{filter}{default};
+Slider trolley(m = 3 kg, der(s) ~ 0 m/s);
+SpeedSource motor(from = trolley.s, speed = v);
+"""
+
+
+def test_a_speed_source_keeps_a_speed_from_outside() -> None:
+    """Its state follows the input, and its constraint needs the rate of that: zero by the constant default."""
+    model = mechc.loads(TROLLEY.format(filter="", default=" = 0.5 m/s"))
+    for given, speed in (({}, 0.5), ({"v": 2.0}, 2.0)):
+        solution = model.simulate(stop=1, set=given)
+        assert solution["trolley.s"][-1] == pytest.approx(speed, rel=1e-12)
+    with pytest.raises(SimulationError, match="as its default is a constant") as found:
+        model.simulate(stop=1, inputs={"v": ([0, 1], [0, 1])})
+    assert found.value.help == "let formulas read it through a filter, which has rates: v(filter = 1 ms)"
+
+
+def test_a_speed_source_follows_an_input_behind_a_filter() -> None:
+    """Behind two lags of tau, a ramp a t is a (t - 2 tau) after a while, and its integral a (t^2/2 - 2 tau t + 3 tau^2)."""
+    with pytest.raises(CompileError, match="the equations need the rate of the input 'v'"):
+        mechc.loads(TROLLEY.format(filter="", default="")).compiled()
+    model = mechc.loads(TROLLEY.format(filter="(filter = 1 ms)", default=""))
+    solution = model.simulate(stop=1, inputs={"v": ([0, 1], [0, 3])}, tolerance=1e-11)
+    wanted = 3 * (1 / 2 - 2e-3 + 3e-6)
+    assert solution["trolley.s"][-1] == pytest.approx(wanted, rel=1e-9)

@@ -92,9 +92,9 @@ def test_rates_of_frames_by_differences(arm: Functions, name: str) -> None:
 
 def test_a_frame_is_ready_at_once(arm: Functions) -> None:
     assert arm.frame("link[2].a") is arm.frame("link[2].a")
-    with pytest.raises(mechc.UsageMistake, match="no frame and no point"):
+    with pytest.raises(mechc.UsageMistake, match="neither a frame nor a point"):
         arm.frame("joint[1].angle")
-    with pytest.raises(mechc.UsageMistake, match="no frame and no point"):
+    with pytest.raises(mechc.UsageMistake, match="neither a frame nor a point"):
         arm.frame("elsewhere")
 
 

@@ -142,7 +142,7 @@ def test_wrong_numbers_of_arguments_are_refused(arm: Functions) -> None:
         _ = arm.mass_matrx
     with pytest.raises(KeyError, match="tip"):
         _ = arm.output["tipp"]
-    with pytest.raises(mechc.UsageMistake, match="no frame"):
+    with pytest.raises(mechc.UsageMistake, match="neither a frame"):
         arm.frame("nothing")
 
 
@@ -344,3 +344,36 @@ def test_kinematics_tell_points_of_parts_in_arrays() -> None:
     """)
     points = model.kinematics().details["points"]
     assert list(points) == ["m[1].place", "m[2].place", "m[3].place"]
+
+
+SWITCHES = """
+parameter Mass m = 2 kg;
+parameter Stiffness soft = 10 N/m;
+discrete Real hits = 3;
+input Force push = 1 N;
+coordinate Length x = 0.2 m;
+coordinate Length z = 0.1 m;
+kinetic 1/2*m*(der(x)^2 + der(z)^2) + 1/2*(0.5 kg)*sin(x/(1 m))*der(x)*der(z);
+force -(if x > 0 m then soft else 4*soft)*x - (hits*1 N.s/m)*der(x) on x;
+force push on z;
+when z < -1 m then hits := hits + 1; end when;
+"""
+
+
+@pytest.mark.parametrize("text", [ARM, SWITCHES], ids=["arm", "switches"])
+def test_derivatives_of_rates_have_a_library_of_their_own(text: str, random: np.random.Generator) -> None:
+    """Central differences: h^2 of the third derivatives, and 1e-16/h."""
+    f = mechc.loads(text).with_values({"m": 3.0} if text is SWITCHES else {}).functions
+    with pytest.raises(AttributeError):
+        f._bound.address("rates_jacobian")  # what is longer than all others is compiled when it is asked for
+    h = 1e-6
+    for _ in range(4):
+        y = random.uniform(0.1, 1, len(f.states)) * random.choice([-1, 1], len(f.states))
+        u = random.normal(size=len(f.inputs))
+        found = f.rates_jacobian(y, 0.0, u)
+        columns = [
+            (f.rates(y + h * e, 0.0, u) - f.rates(y - h * e, 0.0, u)) / (2 * h) for e in np.eye(y.size)
+        ]
+        np.testing.assert_allclose(found, np.array(columns).T, rtol=1e-7, atol=1e-7)
+    shape = f.offer("rates_jacobian")
+    assert shape.shape == (len(f.states),) * 2 and len(shape.columns) == len(f.states)

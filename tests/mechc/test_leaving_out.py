@@ -16,12 +16,13 @@ from mechc.api import Model
 from mechc.cli.main import mechc as program
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.targets.parts import FUNCTIONS
+from mechc.measurement import savings as measured
 from mechc.measurement.explanation import explanation
-from mechc.measurement.savings import LARGEST, SQUARE, code_bytes, savings
+from mechc.measurement.savings import LARGEST, SQUARE, code_bytes, least_times, savings
 from mechc.runtime.case import Case, SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.integrate.kernel_run import run_kernel
-from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.solver import SolverOptions
 from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.outcome import SimulationError
 from mechc.runtime.problem import Array
@@ -40,6 +41,12 @@ model Tree
   experiment(stop = 2 s);
 end Tree;
 """
+
+
+@pytest.fixture(autouse=True)
+def _at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Time in this process, once."""
+    monkeypatch.setattr(measured, "_in_a_process", lambda cases, steps: least_times(cases, steps, 0.0))
 
 
 @pytest.mark.slow

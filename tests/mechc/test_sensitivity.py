@@ -104,7 +104,7 @@ def test_what_cannot_be_differentiated_is_refused_with_the_reason() -> None:
     solution = model.simulate(sensitivity="l", stop="1 s")
     with pytest.raises(KeyError, match="only in l"):
         solution.sensitivity("theta", "m")
-    with pytest.raises(KeyError, match="no state and no output"):
+    with pytest.raises(KeyError, match="neither a state nor an output"):
         solution.sensitivity("thetta", "l")
 
 

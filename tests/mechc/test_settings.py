@@ -140,7 +140,7 @@ def test_rotations_are_written_as_in_models() -> None:
         ({"Q": "rotx(2 m)"}, "'Q': 'the angle' is given in m; it has the unit rad", ""),
         (
             {"Q": "rotx(1)*rotz(1"},
-            "'Q': 'rotz(1' is no rotation",
+            "'Q': 'rotz(1' is not a rotation",
             "one is written as rotz(30 deg)*axis_angle({1, 1, 0}, 0.2)",
         ),
         (
@@ -237,7 +237,7 @@ experiment(stop = 1 s);
 
 
 def test_whole_numbers_and_truth_values_are_set_as_such() -> None:
-    """x = cos(w t), w^2 = n or 4 n; 3.5 and 0.5 were taken without a word, and 'false' was no number."""
+    """x = cos(w t), w^2 = n or 4 n; 3.5 and 0.5 were taken without a word, and 'false' was not a number."""
     model = mechc.loads(COUNTED)
     for given, stiffness in (
         ({"n": 4}, 4),

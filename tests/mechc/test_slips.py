@@ -14,7 +14,7 @@ from mechc.cli.main import run
 from mechc.lang.diagnostics import CompileError
 from mechc.presentation.report import report
 from mechc.requests.parse_values import UsageMistake
-from mechc.runtime.integrate import recompilation
+from mechc.runtime.integrate import solver
 from mechc.runtime.outcome import SimulationError
 
 PENDULUM = """
@@ -57,6 +57,7 @@ SLIPS = [
     (STOP, "on pin.angle", "on bar", "as in 'bar.a'"),
     (STOP, "buffer:", "buffer", "a name is followed by ':', as in 'contact buffer: ..'"),
     (STOP, "pos(", "position(", "did you mean 'pos'?"),
+    (STOP, "world -> bar.a", "carrier = world, moved = bar.a", "it has from, to, angle"),
     (STOP, "Bar bar", "Stick bar", "there are Particle, Body, Bar"),
     (STOP, "world -> bar.a", "world, bar.a", "'world -> other.a'"),
     (STOP, "world ->", "world + trans({1, 2} m) ->", "is multiplied: 'world * trans({1, 2} m)'"),
@@ -155,6 +156,15 @@ def test_a_slip_in_a_command(
     assert told in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("value", ["2 N", "-2.5", ".5 kN", "{1, 2} N"])
+def test_a_value_is_no_table(value: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    text = "input Force push;\ncoordinate Length x = 0 m;\nkinetic 1/2*1 kg*der(x)^2;\nforce push on x;\n"
+    path = tmp_path / "push.mech"
+    path.write_text(text + "experiment(stop = 1 s);\n", encoding="utf-8")
+    assert run(["run", str(path), "--input", f"push={value}"]) == 1
+    assert f'a value is not a table: --set NAME="{value}"' in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("code", ["E0301", "e301", "E301"])
 def test_codes_as_people_type_them(code: str, capsys: pytest.CaptureFixture[str]) -> None:
     assert run(["explain", code]) == 0
@@ -175,6 +185,22 @@ def test_structure_tells_what_nobody_stated(tmp_path: Path, capsys: pytest.Captu
     rows = {line[2:].partition("  ")[0]: line.split()[-4:] for line in capsys.readouterr().out.splitlines()}
     assert rows["gravity"][-1] == "none"
     assert rows["by default"] == ["bar.l", "=", "1", "m"]
+
+
+def test_what_a_part_of_the_same_file_is_given_is_no_default(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Of two arms one mass each is stated, as an element of an array, and their length is left to the part."""
+    text = (
+        "import mech.planar.*;\nmodel Arm\n  parameter Mass m = 1 kg;\n  parameter Length l = 50 cm;\n  frame a;\n"
+        "  mass m at a * {0, -l};\nend Arm;\nmodel Two\n  Arm arm[2](m = {1, 1.5} kg);\n"
+        "  Revolute pin[i in 1:2](world -> arm[i].a);\n  gravity {0, -9.81} m/s^2;\nend Two;\n"
+    )
+    path = tmp_path / "two.mech"
+    path.write_text(text, encoding="utf-8")
+    assert run(["check", "--structure", str(path)]) == 0
+    (row,) = (line for line in capsys.readouterr().out.splitlines() if "by default" in line)
+    assert row.split("by default")[1].strip() == "arm[1].l = 50 cm, arm[2].l = 50 cm"
 
 
 def test_a_run_that_does_not_begin_has_no_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -217,7 +243,7 @@ def test_a_name_that_cannot_be_set(right: str, slip: str, settings: dict[str, st
 
 
 def test_a_value_that_contradicts_another() -> None:
-    """What is set for a run is no guess, and cannot be made one there; angles are told as they are typed."""
+    """What is set for a run is not a guess, and cannot be made one there; angles are told as they are typed."""
     with pytest.raises(SimulationError) as caught:
         mechc.loads(FOUR).simulate(set={"elbow.angle": "110 deg"})
     assert caught.value.code == "E0604"
@@ -248,7 +274,7 @@ def test_a_study_tells_what_it_wrote(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 def test_a_speed_at_rest_is_told_as_zero(monkeypatch: pytest.MonkeyPatch) -> None:
     """Fused products leave a rest of it; where it is above its error or above rounding, its digits stay."""
-    monkeypatch.setattr(recompilation, "LITTLE", 0)
+    monkeypatch.setattr(solver, "LITTLE", 0)
     solution = mechc.loads(STOP).simulate(stop=20.0)
     assert 0 < abs(solution["der(pin.angle)"][-1]) < 1e-30
     assert re.search(r"der\(pin\.angle\) +0 rad/s ", report(solution))

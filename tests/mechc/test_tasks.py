@@ -70,10 +70,10 @@ def test_nobody_acts(
             ("reward = -cos(a) - 0.01*(u/(1 N.m))^2", "reward = energy.kinetic"),
             "'energy.kinetic' has the unit J",
         ),
-        (("a ~ uniform(-80 deg, 80 deg)", "m ~ uniform(1 kg, 2 kg)"), "no coordinate, rate or state"),
+        (("a ~ uniform(-80 deg, 80 deg)", "m ~ uniform(1 kg, 2 kg)"), "not a coordinate, rate or state"),
         (("every = 50 ms, ", ""), "how long a control step lasts"),
-        (("every = 50 ms", "every = 30 ms"), "no whole number of control steps"),
-        (("method = rk4", "method = rk4, actions = {a}"), "no input that can be set"),
+        (("every = 50 ms", "every = 30 ms"), "not a whole number of control steps"),
+        (("method = rk4", "method = rk4, actions = {a}"), "not an input that can be set"),
     ],
 )
 def test_what_is_no_task(change: tuple[str, str], says: str) -> None:

@@ -12,7 +12,7 @@ from msgspec.structs import replace
 import mechc
 from mechc.compiler.equations.model import BALANCE
 from mechc.compiler.equations.rows import residual
-from mechc.compiler.equations.solve import joint_reactions, queries, solved
+from mechc.compiler.equations.solve import queries, solved
 from mechc.compiler.mechanics import build, closures, forces
 from mechc.compiler.mechanics.kinematics import planar, spatial, topology
 from mechc.compiler.mechanics.kinematics.frames import Point
@@ -264,17 +264,17 @@ FAULTS: dict[str, tuple[Patch, str, str]] = {
     "the sign of moments": (_instead(solved, "joint_reactions", _moments_reversed), "plane", "b"),
     "the reaction of another joint": (_instead(queries, "_force", _at_the_other_joint), "plane", "b"),
     "loads left out of reactions": (
-        _instead(joint_reactions, "seeds_of", lambda _: lambda system, _: residual.inertia_seeds(system)),
+        _instead(queries, "seeds_of", lambda _: lambda system, _: residual.inertia_seeds(system)),
         "space",
         "b",
     ),
     "energies left out of reactions": (
-        _instead(joint_reactions, "energy_efforts", lambda _: lambda s, m: [s.graph.zero] * 6),
+        _instead(queries, "energy_efforts", lambda _: lambda s, m: [s.graph.zero] * 6),
         "space",
         "b",
     ),
     "a constraint left out of reactions": (
-        _instead(joint_reactions, "seeds_of", _without_constraints),
+        _instead(queries, "seeds_of", _without_constraints),
         "plane",
         "c",
     ),

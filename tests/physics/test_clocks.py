@@ -80,7 +80,7 @@ def test_what_becomes_true_at_the_start(condition: str, times: list[float]) -> N
     ],
 )
 def test_clocks_that_nearly_meet_are_no_accumulation(other: str, first: int) -> None:
-    """Their last interval is a millionth of those before, and is no bounce that dies away."""
+    """Their last interval is a millionth of those before, and is not a bounce that dies away."""
     text = BODY + "discrete Integer n = 0; discrete Integer m = 0; initial der(x) = 1 m/s;\n"
     acts = f"when sample(0.05 s) then n := n + 1; end when; {other}"
     solution = mechc.loads(text + acts).simulate(stop=0.52)

@@ -114,7 +114,7 @@ def test_a_rope_longer_than_the_half_circle_turns_back() -> None:
     assert found.multipliers["rope"] == pytest.approx(float(-r), rel=1e-9)
     value, drift = found.first_integrals["energy"]
     assert drift < 1e-9 * abs(value)
-    assert "it is no function of 'x'" in found.remarks[-1]
+    assert "it is not a function of 'x'" in found.remarks[-1]
     with pytest.raises(ValueError, match="it turns back"):
         found(1.0)
 

@@ -361,7 +361,7 @@ contact on_right: right[2] friction 10 along vel(right)[1];
 
 
 def test_a_lift_off_is_one_event() -> None:
-    """Closed contacts stay on their surfaces, so that the drift of a step is no impact."""
+    """Closed contacts stay on their surfaces, so that the drift of a step is not an impact."""
     text = """\
 gravity {0, -9.81} m/s^2;
 coordinate Angle theta = 30 deg;

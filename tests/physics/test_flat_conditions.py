@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import mechc
 from mechc.compiler.graph import Graph
-from mechc.compiler.mechanics.meaning.relations import less, less_equal
+from mechc.compiler.mechanics.meaning.functions import less, less_equal
 
 Array = NDArray[np.float64]
 

@@ -209,7 +209,7 @@ def test_pages_have_the_same_motion(text: str) -> None:
 
 
 REFUSED = {
-    "a static limit": ("friction f: 1 static 2 on z;", "sticks by a higher limit than it slides with"),
+    "a static limit": ("friction f: 1 static 2 on z;", "its sticking limit exceeds its sliding limit"),
     "a limit by its own rate": ("friction f: 1 + abs(der(z)) on z;", "depends on that motion or on a force"),
     "two on one": ("friction f: 1 on z; friction g: 1 on z;", "acts on the same coordinate"),
     "two nodes in a row": (
@@ -260,3 +260,54 @@ def test_sensitivity_through_the_beginning_of_a_slip() -> None:
     solution = run(text, sensitivity="F")
     slope = solution.sensitivity("der(x)", "F").values[-1]
     assert slope == pytest.approx(-(1 - np.arcsin(0.5) / 2), abs=1e-9)
+
+
+PLATES = """
+import mech.rotational.*;
+model Train "a rotor, a damper, a clutch between two nodes, a damper, a load"
+  Rotor motor(J = 1 kg.m^2, der(angle) = 20 rad/s);
+  Rotor load(J = 3 kg.m^2);
+  Node n[2];
+  SpringDamper s1(motor.angle -> n[1].angle, c = 2 N.m.s);
+  Clutch clutch(n[1].angle -> n[2].angle, press = 50 N, radius = 0.3 m, mu = 0.4);
+  SpringDamper s2(n[2].angle -> load.angle, c = 3 N.m.s);
+  experiment(stop = 4 s);
+end Train;
+"""
+
+
+def test_a_static_limit_that_is_another_formula_of_the_same_limit() -> None:
+    """Plates of 6 N.m in a row with dampers of 2 and 3 N.m.s, 1.2 together: they slide until 20 - 8 t = 6/1.2, then d' = -1.6 d."""
+    model = mechc.loads(PLATES)
+    torque = model.simulate()["clutch.torque"][-1]
+    begins = (20 - 6 / 1.2) / 8
+    assert torque == pytest.approx(6 * np.exp(-1.6 * (4 - begins)), rel=1e-7)
+    with pytest.raises(CompileError, match="E0541"):
+        mechc.loads(PLATES.replace("mu = 0.4", "mu = 0.4, peak = 1.3"))
+    told = model.simulate(set={"clutch.peak": 1.3})
+    assert (
+        told.outcome.value == "failed" and "its sticking limit differs from its sliding limit" in told.message
+    )
+
+
+def test_what_stands_at_its_edge_is_named_by_its_friction() -> None:
+    """A spring with a friction at its end, at rest: whether it slips is asked by no statement of the model."""
+    model = mechc.loads(
+        "coordinate Length x = 0 m; coordinate Length z = 0 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*10 N/m*(x - z)^2;"
+        "potential 1/2*5 N/m*x^2; friction pad: 1 N on z;"
+    )
+    said = [remark for remark in model.linearize().remarks if "edge" in remark]
+    assert said == ["'slip of friction pad' stands at its edge: the event that it is for is not looked at"]
+
+
+def test_friction_whose_limit_follows_a_force_is_named_where_nothing_has_mass() -> None:
+    text = """
+    import mech.rotational.*;
+    Rotor m(J = 0.01 kg.m^2); Node a; Node b;
+    SpringDamper s1(m.angle -> a.angle, k = 100 N.m/rad, c = 0.1 N.m.s);
+    SpringDamper s2(from = b.angle, k = 100 N.m/rad, c = 0.1 N.m.s);
+    LossyGear g(a.angle -> b.angle, ratio = 20, efficiency = 0.6);
+    experiment(stop = 1 s);
+    """
+    with pytest.raises(CompileError, match=r"the limit of the friction 'g\.teeth' follows a force"):
+        mechc.loads(text).compiled()

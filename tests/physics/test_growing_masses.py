@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy.typing import NDArray
+from scipy.integrate import solve_ivp
 from scipy.special import jv, yv
 
 import mechc
@@ -48,3 +49,24 @@ def test_a_body_that_coasts_and_grows_has_no_constant_momentum() -> None:
     assert str(solution.outcome) == "Outcome.COMPLETED"
     assert np.allclose(solution["x"], 1 + 2 * solution.time)
     assert np.allclose(solution["energy.supplied"], 2 * solution.time)
+
+
+def test_a_mass_that_loses_matter_on_a_point_that_time_moves() -> None:
+    """m s'' = -k s with the frame at u t. dh/dt = m' (s' + u) s' - 1/2 m' (s' + u)^2: joining matter counts along the coordinate alone."""
+    text = """
+        coordinate Length s = 0.4 m; initial der(s) = 0.1 m/s;
+        mass 2 kg - 0.3 kg/s*time at world * {s + 0.5 m/s*time, 0 m};
+        potential 1/2*50 N/m*s^2;
+        experiment(stop = 3 s, tolerance = 1e-10);
+        """
+    found = mechc.loads(text).simulate()
+    assert found.outcome.value == "completed", found.message
+    u, flow = 0.5, -0.3
+
+    def rates(t: float, y: list[float]) -> list[float]:
+        s, v, _ = y
+        return [v, -50 * s / (2 + flow * t), flow * (v + u) * v - flow * (v + u) ** 2 / 2]
+
+    hand = solve_ivp(rates, (0, 3), [0.4, 0.1, 0.0], rtol=1e-11, atol=1e-13)
+    assert found["s"][-1] == pytest.approx(hand.y[0, -1], abs=1e-9)
+    assert found["energy.supplied"][-1] == pytest.approx(hand.y[2, -1], abs=1e-8)

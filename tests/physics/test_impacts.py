@@ -15,6 +15,7 @@ from scipy.spatial.transform import Rotation
 from scipy.special import ellipk
 
 import mechc
+from mechc.runtime.outcome import Outcome
 
 g = 9.81
 
@@ -398,3 +399,31 @@ def test_two_runs_are_alike() -> None:
     assert isinstance(loose, mechc.Solution)
     tight = run("billiard_circle", tolerance=TIGHT)
     assert times(loose, "impact") == pytest.approx(times(tight, "impact"), rel=1e-12)
+
+
+SKID = """
+model Skid "a bar that slides fast, falls on one end and passes the impact to and fro between both"
+  parameter mu = 0.01;
+  coordinate Length x = 0 m;
+  coordinate Length y = 1 mm;
+  coordinate Angle phi = 0.01 deg;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2) + 1/2*0.1 kg.m^2*der(phi)^2;
+  potential 1 kg*9.81 m/s^2*y;
+  contact left: y - 0.5 m*sin(phi) friction mu along der(x)IMPACTS;
+  contact right: y + 0.5 m*sin(phi) friction mu along der(x)IMPACTS;
+  experiment(stop = 0.1 s);
+end Skid;
+"""
+
+
+@pytest.mark.parametrize("impacts", ["", ', impacts = "simultaneous"'])
+@pytest.mark.parametrize("speed", [100.0, 1e5])
+def test_slow_approaches_end_beside_fast_slips(speed: float, impacts: str) -> None:
+    """Each blow on one end drives the other one down, ever more slowly, while both slide: rates that are rounding beside the slip are
+    still approaches. All vertical impulses add up to the weight, m g t, so that the slip loses mu g t."""
+    model = mechc.loads(SKID.replace("IMPACTS", impacts))
+    solution = model.simulate(set={"der(x)": speed}, estimate_error=False)
+    assert solution.outcome == Outcome.COMPLETED
+    assert solution["der(x)"][-1] == pytest.approx(speed - 0.01 * 9.81 * 0.1, rel=1e-13)
+    for name in ("y", "phi", "der(y)", "der(phi)"):
+        assert abs(solution[name][-1]) < 1e-11, name

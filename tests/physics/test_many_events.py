@@ -161,7 +161,7 @@ def test_bounces_by_when_pile_up(restitution: float) -> None:
 
 @pytest.mark.parametrize("condition", ["sample(1e-18 s)", "sin(x*1e18) >= 0"])
 def test_events_that_lead_nowhere_near_time_zero_are_bounded(condition: str) -> None:
-    """1e18 events would have to be counted; beside t = 1e-15 s, a thousand of them are no small part."""
+    """1e18 events would have to be counted; beside t = 1e-15 s, a thousand of them are not a small part."""
     solution = mechc.loads(
         "coordinate x = 0; initial der(x) = 1 s^-1; kinetic 1/2*(1 kg.m^2)*der(x)^2; discrete n = 0; "
         f"when {condition} then n := n + 1; end when;"

@@ -311,13 +311,17 @@ def test_a_heap_against_numpy(dimensions: int, n: int) -> None:
             assert solution[f"der({axis}[{i + 1}])"][-1] == pytest.approx(v[i, k], abs=1e-6)
 
 
-@pytest.mark.parametrize(("dimensions", "n"), [(2, 16), (3, 12)])
-def test_a_heap_keeps_its_accounts_and_says_how_well_it_was_solved(dimensions: int, n: int) -> None:
+@pytest.mark.parametrize(("dimensions", "n", "most"), [(2, 16, 12_000), (3, 12, 5_000)])
+def test_a_heap_keeps_its_accounts_and_says_how_well_it_was_solved(
+    dimensions: int, n: int, most: int
+) -> None:
+    """Within the sweeps that steps along conjugate directions leave: 9880 and 3731; between pairs of sweeps they take 6638 in space."""
     model = mechc.loads(heap(n, dimensions))
     solution = model.simulate(**ALONE)
     energy = solution["energy.total"] + solution["energy.dissipated"]
     assert np.abs(energy - energy[0]).max() < 1e-12 * np.abs(energy).max()
     contact = solution.report["contact"]
+    assert solution.statistics.iterations < most
     assert contact["unsolved"] < 10 and contact["residual"] > 0
     assert contact["unsolved"] or contact["residual"] < 1e-5 * 4  # the largest rate
     assert contact["overlap"] < 4e-3 / 2  # of half a step

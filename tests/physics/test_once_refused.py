@@ -37,7 +37,7 @@ def energy_drift(solution: Solution) -> float:
 
 
 def test_turns_are_counted_while_they_become_shorter() -> None:
-    """After 60 s at 1 rad/s^2 it is on 1800 rad; intervals that shrink to no end are no bounces."""
+    """After 60 s at 1 rad/s^2 it is on 1800 rad; intervals that shrink to no end are not bounces."""
     solution = run(
         """
         discrete Integer turns = 0;

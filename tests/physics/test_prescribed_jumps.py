@@ -43,6 +43,40 @@ def test_a_drive_that_jumps_is_refused(motion: str) -> None:
         mechc.loads(CARRIED % ("", f"drive x = {motion};"))
 
 
+LINEAR = 'v*table(time, {0, 1, 2} s, {0, 0, 1} s, "linear")'
+FRAMES = {
+    "a particle": "import mech.planar.*;\nframe f = world * trans({%s, 0 m}); Particle p(m = 1 kg); Prismatic s(f -> p.a);",
+    "a bar on a frame of a frame": "import mech.planar.*;\nframe f = world * trans({0 m, %s}); frame g = f; frame h = g * rot(0.3 rad);"
+    " Bar b(m = 1 kg, l = 1 m); Revolute s(h -> b.a);",
+    "a turn in space": "import mech.spatial.*;\nframe f = world * rotx((%s)/(1 m)); Body b(m = 1 kg, J = identity(3) kg.m^2); Spherical s(f -> b.a);",
+    "an array": "import mech.planar.*;\nframe f[2] = {world * trans({%s, i*1 m}) for i in 1:2}; Particle p[2](m = 1 kg);"
+    " Prismatic s[2](f -> p.a);",
+}
+
+
+@pytest.mark.parametrize("scene", FRAMES)
+@pytest.mark.parametrize("motion", [*JUMPS[:3], LINEAR])
+def test_a_frame_with_mass_whose_rate_jumps_is_refused(scene: str, motion: str) -> None:
+    """The masses would keep their momentum; they went on with the frame, without a word."""
+    text = FRAMES[scene] % motion
+    head = text.replace(";\n", ";\nparameter T = 1 s; parameter v = 1 m/s;\n", 1)
+    with pytest.raises(mechc.CompileError, match="the rate of a frame that carries a mass jumps"):
+        mechc.loads(head)
+
+
+@pytest.mark.parametrize("motion", [SMOOTH[0], SMOOTH[3], SMOOTH[4]])
+def test_a_particle_on_a_smooth_frame_stays(motion: str) -> None:
+    """No force acts along the slide, so that the particle keeps its speed in the world."""
+    text = FRAMES["a particle"].replace(";\n", ";\nparameter T = 1 s; parameter v = 1 m/s;\n", 1) % motion
+    s = mechc.loads(text + "output speed = vel(p.a)[1]; experiment(stop = 2 s);").simulate(tolerance=1e-9)
+    assert s["speed"] == pytest.approx(s["speed"][0], abs=1e-6)
+
+
+def test_a_momentum_that_jumps_with_time_is_refused() -> None:
+    with pytest.raises(mechc.CompileError, match=r"E0715.*kinetic energy must not jump(?s:.*)time = 0\.5 s"):
+        mechc.loads("coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x + max(0 m, 2 m/s*(time - 0.5 s)))^2;")
+
+
 def test_a_rate_that_is_driven_may_bend_but_not_jump() -> None:
     mechc.loads(CARRIED % (" = 0 m", "drive der(x) = v*clamp(time/T, 0, 1);"))
     with pytest.raises(mechc.CompileError, match="rate that is prescribed for 'x' jumps"):

@@ -344,7 +344,7 @@ def test_poinsots_motion() -> None:
 
 
 def test_a_virial_of_forces() -> None:
-    """P1: <T> = -<F.r>/2, in a potential whose force is no power of r."""
+    """P1: <T> = -<F.r>/2, in a potential whose force is not a power of r."""
     found = asked("logarithmic_well", "means")
     (error,) = (value.error for value in found.values if value.name == "virial")
     assert error is not None and error < 1e-5

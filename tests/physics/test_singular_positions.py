@@ -268,3 +268,13 @@ def test_a_peer_without_a_way_back_is_not_led_through_singular_positions() -> No
         pytest.skip("diffsol is not installed")
     made = benchmark(mechc.loads(KITE), methods=("dop853",), against=("diffsol:bdf",), tolerances=(1e-6,))
     assert "no way back onto constraints" in dict(made.skipped)["diffsol:bdf"]
+
+
+def test_gears_of_any_ratio_meet_no_singular_position() -> None:
+    """The ratio of their singular values is 1e-4 everywhere, which was taken for a minimum; their module of Python refused to move."""
+    gears = """import mech.rotational.*;
+    Rotor motor(J = 1e-10 kg.m^2); Rotor shaft(J = 1e-4 kg.m^2); Rotor mill(J = 1e10 kg.m^2);
+    Gear first(motor.angle -> shaft.angle, ratio = 1e3); Gear second(shaft.angle -> mill.angle, ratio = 1e7);
+    """
+    choices = mechc.loads(gears).compilation.equations.choices
+    assert not any(choice.topic == "singular positions" for choice in choices)

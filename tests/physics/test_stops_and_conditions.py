@@ -202,3 +202,45 @@ def test_what_has_no_mass_stops_before_its_rate_is_asked(damped: bool, drive: fl
     """).simulate(stop=6)
     found = tuple(int(solution[name][-1]) for name in ("forth", "back", "rests"))
     assert found == slides_of_node(damped, drive, 6)
+
+
+def turns_of_node(x: float, stop: float) -> list[float]:
+    """Times at which a node begins to slide and stops: a mass of 1 on a spring of 1 drags it by a spring of 5 against friction of 0.5.
+
+    Both are let go at x > 0; the node slides where its spring is longer or shorter by 0.1.
+    """
+    node, time, found = x, 0.0, list[float]()
+    while True:
+        frequency, middle = math.sqrt(6), 5 * node / 6
+        apart, turned = x - middle, math.copysign(0.1, node - x) if found else -0.1
+        share = (node + turned - middle) / apart
+        if abs(share) > 1:
+            return found
+        wait = math.acos(share) / frequency
+        rate = -frequency * apart * math.sin(frequency * wait)
+        time, x = time + wait, node + turned
+        found.append(time)
+        force = math.copysign(0.5, rate)
+        wait = math.atan2(rate, x + force) % math.pi
+        x = -force + (x + force) * math.cos(wait) + rate * math.sin(wait)
+        time, node = time + wait, x - math.copysign(0.1, rate)
+        found.append(time)
+        if time > stop:
+            return [t for t in found if t < stop]
+
+
+@pytest.mark.parametrize("method", ["radau5", "dop853", "auto"])
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("x", [0.5, 1, 2, 3])
+def test_what_begins_to_stick_at_its_limit_sticks(x: float, tolerance: float, method: str) -> None:
+    """The force of a node is that of friction when it stops, and less at once, but by less than polynomials of steps err."""
+    solution = mechc.loads(f"""
+    dimensionless;
+    coordinate x = {x};
+    coordinate n = {x};
+    kinetic 1/2*der(x)^2;
+    potential 1/2*x^2 + 1/2*5*(x - n)^2;
+    friction 0.5 on n;
+    """).simulate(stop=10, method=method, tolerance=tolerance, estimate_error=False)
+    times = [event.time for event in solution.events]
+    assert times == pytest.approx(turns_of_node(x, 10), abs=30 * tolerance)

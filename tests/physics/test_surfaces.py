@@ -119,7 +119,7 @@ def test_reference(example: str, data: str, names: dict[str, str], bound: float)
     for point in points:
         expected = [point["values"][k] for k in names]
         assert at(solution, point["t"], list(names.values())) == pytest.approx(expected, abs=bound * 1e-10)
-        if point["t"] == solution.time[-1] and names is not ELASTIC:  # x and y are no states there
+        if point["t"] == solution.time[-1] and names is not ELASTIC:  # x and y are not states there
             check_estimate(solution, dict(zip(names.values(), expected, strict=True)))
 
 

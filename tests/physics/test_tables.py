@@ -343,6 +343,46 @@ def test_kinks_and_jumps_are_located(kind: str, method: str) -> None:
     assert abs(found["x"][-1] - state[0]) < 1e-9 and abs(found["der(x)"][-1] - state[1]) < 1e-9
 
 
+PLATE = 'table(time, {0, 0.5, 1, 2}*1 s, {0, 0, 1, 0} m, "linear")'
+"""Rises with 2 m/s from 0.5 s to 1 s, then sinks with 1 m/s."""
+
+
+def test_a_plate_by_a_linear_table_throws() -> None:
+    """Taken along from 0.5 s on, thrown at 1 s: 1 + 2 (0.3) - 5 (0.3)^2; it was passed over, and lay on the sinking plate."""
+    text = f"coordinate Length y = 0 m; kinetic 1/2*1 kg*der(y)^2; potential 1 kg*10 m/s^2*y; contact c: y - {PLATE};"
+    s = mechc.loads(text + "experiment(stop = 1.3 s);").simulate(estimate_error=False)
+    assert s["y"][-1] == pytest.approx(1.15, rel=1e-12) and s["der(y)"][-1] == pytest.approx(-1, rel=1e-12)
+
+
+def test_friction_on_a_belt_by_a_linear_table() -> None:
+    """Against a belt of 0, 2 and -1 m/s: slows by 1 m/s^2, sticks at 2 m/s from 1 s... the same belt as choices of time."""
+    text = "coordinate Length x = 0 m; initial der(x) = 2 m/s; kinetic 1/2*1 kg*der(x)^2; friction 1 N on x - ({});"
+    chosen = (
+        "if time < 0.5 s then 0 m elseif time < 1 s then 2 m/s*(time - 0.5 s) else 1 m - 1 m/s*(time - 1 s)"
+    )
+    told, ours = (
+        mechc.loads(text.format(one) + "experiment(stop = 2 s);").simulate() for one in (chosen, PLATE)
+    )
+    assert ours.outcome.value == "completed", ours.message
+    # by hand: 2 - t until 0.5 s, 1.5 + (t - 0.5) until 1 s, 2 - (t - 1) until the end
+    assert ours["x"][-1] == pytest.approx(0.875 + 0.875 + 1.5, rel=1e-9)
+    assert ours["x"][-1] == pytest.approx(told["x"][-1], rel=1e-12)
+
+
+def test_the_corner_of_a_guide_by_a_linear_table_takes_energy() -> None:
+    """Across a corner from slope 0 to -1 the momentum along the new line stays: x' = 1/3, and 1/3 J are dissipated."""
+    text = """
+        coordinate Length x = 0 m; coordinate Length y = 0 m; initial der(x) = 1 m/s;
+        kinetic 1/2*1 kg*der(x)^2 + 1/2*2 kg*der(y)^2;
+        constraint guide: y = table(x, {0, 0.5, 2} m, {0, 0, -1.5} m, "linear");
+        experiment(stop = 1.5 s);
+        """
+    s = mechc.loads(text).simulate()
+    assert s.outcome.value == "completed", s.message
+    assert s["x"][-1] == pytest.approx(0.5 + 1 / 3, rel=1e-9)
+    assert s["energy.dissipated"][-1] == pytest.approx(1 / 3, rel=1e-9)
+
+
 def test_modules_without_events_have_linear_tables(tmp_path: Path) -> None:
     """As they stand, within steps; the motion is that of `mechc run`, to what unlocated kinks cost."""
     law = 'force table(x, {-1, 0, 0.5, 1} m, {3, -0.5, -1, -9} N, "linear", "hold") on x; experiment(stop = 2 s);'

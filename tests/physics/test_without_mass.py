@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from pathlib import Path
 from random import Random
@@ -620,8 +621,41 @@ def test_what_nothing_decides_is_refused_by_name(name: str) -> None:
     assert code in str(refused.value) and words in str(refused.value)
 
 
+RACK = """
+import mech.translational.*;
+import R = mech.rotational;
+Slider p(m = 1 kg, s = 0.1 m);
+Node n;
+R.Node w;
+SpringDamper s1(p.s -> n.s, k = 10 N/m{c1});
+Rack r(w.angle -> n.s, r = 0.1 m);
+R.SpringDamper s2(from = w.angle, k = 1 N.m/rad{c2});
+experiment(stop = 1 s, tolerance = 1e-11);
+"""
+
+
+@pytest.mark.parametrize("c1", ["", ", c = 0 N.s/m"])
+@pytest.mark.parametrize("c2", ["", ", c = 0 N.m.s"])
+def test_dampings_of_value_zero_on_both_sides_of_a_constraint(c1: str, c2: str) -> None:
+    """1 N.m/rad is 100 N/m at the rack; in series with 10 N/m that is 1000/110 N/m."""
+    solution = mechc.loads(RACK.format(c1=c1, c2=c2)).simulate()
+    x = 0.1 * math.cos(math.sqrt(1000 / 110))
+    assert solution["p.s"][-1] == pytest.approx(x, abs=1e-11)
+    assert solution["w.angle"][-1] == pytest.approx(x / 0.1 / 11, abs=1e-10)
+
+
+def test_a_damping_that_comes_to_a_constraint_is_told() -> None:
+    solution = mechc.loads(RACK.format(c1="", c2="")).simulate(set={"s2.c": 0.1}, estimate_error=False)
+    assert "contain a rate that it does not contain" in solution.message
+
+
 UNDECIDED = {
     "no stiffness": (SERIES.replace("4 N/m*z^2", "k*z^2"), {"k": 0.0}, "no force decides the motion"),
+    "no damping": (
+        SERIES + "parameter d = 1 N.s/m; damping d on z;",
+        {"d": 0.0},
+        "the damping that decides the rate is zero: where a value makes it so, write that into the model",
+    ),
     "a damping that comes": (
         SERIES + "parameter d = 0 N.s/m; damping d on z;",
         {"d": 1.0},

@@ -94,7 +94,7 @@ def test_steps_that_solve_for_contacts_have_no_events_of_them() -> None:
 
 
 def test_the_order_of_methods_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
-    """An error that half the step does not make four times as small, as one of an account, is no error of second order."""
+    """An error that half the step does not make four times as small, as one of an account, is not an error of second order."""
     text = (
         "coordinate Length x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 2 N/m*x^2; experiment(stop = 1 s);"
     )

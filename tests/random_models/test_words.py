@@ -14,6 +14,7 @@ from random_models.generator import generate
 from random_models.lists import element_by_element
 from random_models.measures import SHOP, UNITS, put_together
 from random_models.mutants import texts
+from random_models.placed import is_alone
 from random_models.settings import settings
 from random_models.tree import ENERGY, LENGTH, MASS, NUMBER, RATE, TIME, Model, Seq, dim, statement
 from random_models.twins import Twin, other_units, plain_units
@@ -126,3 +127,12 @@ def test_other_imports_reach_the_classes_of_a_file() -> None:
 def test_every_list_can_be_written() -> None:
     written = [generate(seed).text() for seed in range(600)]
     assert sum("structural parameter Integer N" in text for text in written) > 25
+
+
+@pytest.mark.parametrize("seed", [54, 63, 165])
+def test_relations_mean_the_same_wherever_they_stand(seed: int) -> None:
+    assert is_alone(seed)
+    model = generate(seed)
+    twin = element_by_element(model, Random(seed))
+    assert twin is not None and "Plain" in twin.model.text()
+    assert compare_twin(compiled(model.text()), twin, seed) == []

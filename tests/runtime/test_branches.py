@@ -152,7 +152,7 @@ def test_both_assemblies_of_a_four_bar() -> None:
     assert several.names == ("a", "b")
     upper, lower = assemblies(0.0)
     assert several.taken == pytest.approx(upper, rel=1e-9)
-    assert list(several.others) == [pytest.approx(lower, rel=1e-9)]  # whole turns are no others
+    assert list(several.others) == [pytest.approx(lower, rel=1e-9)]  # whole turns are not others
     assert any(
         "'a', 'b' = (0.634184, 1.09468)" in r and "(-0.634184, -1.09468)" in r for r in solution.remarks
     )

@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from mechc.runtime.native import build, cache, cache_key, tally
+from mechc.runtime.native import build, cache, tally
+from mechc.runtime.native import compiler as compilers
 from mechc.runtime.native.build import (
     BuildError,
     CompilerMissing,
@@ -98,7 +99,7 @@ def test_key_holds_all_that_matters(monkeypatch: pytest.MonkeyPatch) -> None:
         build_shared(sources(1), model_flags(), key="other"),
         build_shared(sources(1), model_flags(), compiler=Compiler(compiler.command, "another version")),
     ]
-    monkeypatch.setattr(cache_key, "processor", lambda: "another processor")
+    monkeypatch.setattr(compilers, "processor", lambda: "another processor")
     others.append(build_shared(sources(1), model_flags()))
     assert len({first, *others}) == 7
     assert build_shared(sources(1), model_flags(reproducible=True)) in others, "not tied to the processor"
@@ -265,7 +266,7 @@ def test_compiler_of_the_environment(monkeypatch: pytest.MonkeyPatch, tmp_path: 
     monkeypatch.setenv("CC", str(tmp_path / "no-such-compiler"))
     with pytest.raises(CompilerMissing, match="no-such-compiler, which cannot be run"):
         find_compiler()
-    for wrong, reason in (("cc 'unclosed", "is no command: No closing quotation"), (" ", "cannot be run")):
+    for wrong, reason in (("cc 'unclosed", "is not a command: No closing quotation"), (" ", "cannot be run")):
         monkeypatch.setenv("CC", wrong)
         with pytest.raises(CompilerMissing, match=f"the environment says CC={wrong}, which {reason}"):
             find_compiler()
@@ -285,6 +286,24 @@ def test_without_any_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
     finally:
         build._find_compiler.cache_clear()
         find_libtcc.cache_clear()
+
+
+def test_a_machine_without_a_compiler_takes_what_another_one_compiled(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As workers of a cluster do: libtcc is there, but gives other code."""
+    compiler, library = find_compiler(), build_shared(sources(1), model_flags())
+    monkeypatch.setenv("PATH", str(tmp_path / "empty"))
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+    other = find_compiler()
+    assert other != compiler and (other is None or other.in_process)
+    build.assume_compiler(compiler)
+    try:
+        assert find_compiler() == build.known_compiler() == compiler
+        assert build_shared(sources(1), model_flags()) == library
+    finally:
+        build.assume_compiler(None)
 
 
 def test_a_users_cache_that_cannot_be_written_is_told_and_done_without(

@@ -14,9 +14,10 @@ from msgspec.structs import replace
 
 import mechc
 from mechc.runtime.ensembles import cluster as dask_side
-from mechc.runtime.ensembles import connect, worker
+from mechc.runtime.ensembles import worker
 from mechc.runtime.ensembles.compatibility import own_facts
 from mechc.runtime.ensembles.result import Ensemble
+from mechc.runtime.native.libtcc import find_libtcc
 
 distributed = pytest.importorskip("distributed")
 
@@ -252,12 +253,24 @@ def test_a_worker_of_another_platform_compiles_for_itself_and_is_told(
     assert not any("another processor" in remark for remark in same.remarks)
 
 
+def test_a_worker_without_a_compiler_takes_the_code_of_the_sender(
+    smooth: mechc.Model, client: Any, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assumed: list[object] = []
+    monkeypatch.setattr("mechc.runtime.native.build.assume_compiler", assumed.append)
+    monkeypatch.setattr(worker, "own_facts", lambda: replace(own_facts(), compiler=find_libtcc()))
+    there = smooth.ensemble(**MANY, cluster=client)
+    assert assumed and {*map(repr, assumed)} == {repr(own_facts().compiler)}
+    assert not any("another processor or compiler" in remark for remark in there.remarks)
+    equal(smooth.ensemble(**MANY), there)
+
+
 def test_what_cannot_be_asked_is_told(
     smooth: mechc.Model, client: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(mechc.SimulationError, match="take one of them"):
         smooth.ensemble(**MANY, cluster=client, workers=2)
-    monkeypatch.setattr(connect, "ANSWER", 0.2)
+    monkeypatch.setattr(dask_side, "ANSWER", 0.2)
     with pytest.raises(mechc.SimulationError, match=r"no scheduler answers at 'tcp://127\.0\.0\.1:9'"):
         smooth.ensemble(**MANY, cluster="tcp://127.0.0.1:9")
     with pytest.raises(mechc.SimulationError, match="is an address"):

@@ -30,7 +30,7 @@ def test_energy_of_a_constrained_model_holds_for_all_values(name: str, study: st
 @pytest.mark.parametrize(
     ("name", "said"),
     [
-        ("bouncing_ball", "contacts, which are no part of H"),
+        ("bouncing_ball", "contacts, which are not part of H"),
         ("coulomb_block", "dry friction, which H knows nothing of"),
         ("relay_attitude", "while what switches stays as it is at the start"),
     ],
@@ -179,3 +179,14 @@ experiment(stop = 1 s);
         "der(a) + 38/11*der(c)",
         "time*der(a) - a + 38/11*time*der(c) - 38/11*c",
     ]
+
+
+def test_each_run_of_a_sweep_tells_its_constants() -> None:
+    """Such a sweep ended in an ImportError."""
+    runs = mechc.loads(
+        "model Free\n dimensionless;\n coordinate x = 1; coordinate y = 2;\n parameter m = 1;\n kinetic m*(der(x)^2 + der(y)^2);\n"
+        " potential m/sqrt(x^2 + y^2);\n experiment(stop = 1, m in {1, 2});\nend Free;"
+    ).sweep(constants=True)
+    assert len(runs.solutions) == 2
+    for solution in runs.solutions:
+        assert any("sqrt(x^2 + y^2)" in drift.name for drift in solution.accuracy.conserved)

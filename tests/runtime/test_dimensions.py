@@ -72,6 +72,10 @@ def test_no_mass_enters_the_period_of_a_pendulum() -> None:
     assert found.details["groups"] == [{"theta(0)": "1"}]
     assert found.details["alone"] == ["m"]
     assert "m: enters nothing" in found.remarks[0]
+    assert (
+        "numbers with units in the text, as 9.81 m/s^2, take no part unless they have names"
+        in found.remarks[0]
+    )
 
 
 @pytest.mark.parametrize(

@@ -15,13 +15,12 @@ from mechc.cli.main import run
 from mechc.runtime.case import SimulationOptions
 from mechc.runtime.outcome import Outcome, worst
 from mechc.runtime.problem import Problem
-from mechc.runtime.results import accuracy
+from mechc.runtime.results import accuracy, constraint_drift
 from mechc.runtime.results.accuracy import ConstraintDrift
 from mechc.runtime.results.consistency import compared
 from mechc.runtime.results.doubts import Contradiction
 from mechc.runtime.studies.kinds.motion import simulate
 from mechc.runtime.studies.runs import companion
-from mechc.runtime.studies.runs import simulate as simulating
 
 DAMPED = """\
 model Damped
@@ -210,7 +209,9 @@ def test_steps_that_known_times_end_are_no_less_in_doubt_after_longer_ones(tmp_p
 @pytest.mark.parametrize("level", ["positions", "velocities"])
 def test_states_off_their_constraints_are_told(monkeypatch: pytest.MonkeyPatch, level: str) -> None:
     made = problem(ROD)
-    monkeypatch.setattr(simulating, "constraint_drifts", lambda *_: (ConstraintDrift(level, 0.0, 1e-5),))
+    monkeypatch.setattr(
+        constraint_drift, "constraint_drifts", lambda *_: (ConstraintDrift(level, 0.0, 1e-5),)
+    )
     (doubt,) = simulate(made, OPTIONS).accuracy.contradictions
     assert (doubt.kind, doubt.name) == ("constraints", level)
     assert f"the constraints of {level} are off by 1e-05" in doubt.text()

@@ -37,7 +37,7 @@ EXPECTED: dict[str, dict[str, str]] = {
     "task": {"terminate": SAYS, "assert": SAYS, "failure": SAYS},
     "curves": {},
 }  # fmt: skip
-"""What each study does with each end. A curve is no motion."""
+"""What each study does with each end. A curve is not a motion."""
 
 PLACES = {
     "scattering": ("x > -5", "x < -5"),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
@@ -17,8 +18,8 @@ potential (0.1 kg)*(9.81 m/s^2)*h;
 """
 
 
-def run(text: str, stop: float) -> mechc.Solution:
-    solution = mechc.loads(text).simulate(stop=stop, tolerance=1e-11)
+def run(text: str, stop: float, **settings: Any) -> mechc.Solution:
+    solution = mechc.loads(text).simulate(stop=stop, **({"tolerance": 1e-11} | settings))
     assert isinstance(solution, mechc.Solution)
     return solution
 
@@ -166,7 +167,7 @@ def test_where_all_is_driven_the_energy_is_what_the_bodies_have(load: str, taken
 
 
 def test_potential_that_contains_a_velocity_is_reported_as_it_is_written() -> None:
-    """V = c x v + k x^2/2: the first part is the rate of c x^2/2, so x = cos wt + sin wt; it is no part of h."""
+    """V = c x v + k x^2/2: the first part is the rate of c x^2/2, so x = cos wt + sin wt; it is not a part of h."""
     text = """coordinate Length x = 1 m; initial der(x) = 1 m/s;
     kinetic 1/2*1 kg*der(x)^2;
     potential 0.5 N.s/m*x*der(x) + 1/2*1 N/m*x^2;
@@ -294,3 +295,76 @@ def test_an_account_claims_no_more_than_the_balance_allows(tolerance: float) -> 
     assert error.by_state["energy.dissipated"] >= error.by_state_at_end["energy.dissipated"]
     assert found.accuracy.energy is not None
     assert error.by_state["energy.dissipated"] < 1.1 * found.accuracy.energy.absolute / 502 + 1e-7
+
+
+ROPE = """
+coordinate Length c; coordinate Length x = 0.5 m; coordinate Length y = 0.5 m;
+initial der(y) = -0.5 m/s; initial der(x) ~ -0.5 m/s;
+kinetic 1/2*1 kg*der(x)^2 + 1/2*2 kg*der(y)^2;
+drive c = 1 m/s*time;
+contact floor: y restitution {e};
+"""
+ROPES = [
+    "constraint rope: x + y = 1 m - 1 m/s*time;",
+    "constraint rope: der(x) + der(y) = -1 m/s;",
+    "constraint rope: x + y = 1 m - c;",
+]
+ENGAGED = (
+    "constraint rope: x + y = 1 m - 1 m/s*time; when initial() then release rope; end when;"
+    "when y < 0.25 m then engage rope; end when;"
+)
+STEPS = {"method": "moreau", "step": 1e-3}
+
+
+@pytest.mark.parametrize("e", [0, 0.5])
+@pytest.mark.parametrize(
+    ("rope", "settings"), [*((rope, s) for rope in ROPES for s in ({}, STEPS)), (ENGAGED, {})]
+)
+def test_what_a_moving_constraint_brings_at_an_impact(rope: str, e: float, settings: dict[str, Any]) -> None:
+    """The floor turns der(y) from -0.5 m/s to e 0.5 m/s. The rope, which gets shorter at 1 m/s, gives x the momentum S = -(1 + e)/2 N.s
+    that keeps it tight, which works 1 m/s*S. The floor, by P = (1 + e)*1.5 N.s, takes (1 - e^2)*3/8 J."""
+    found = run(ROPE.format(e=e) + rope, stop=1.5, **settings).energy
+    assert found is not None
+    assert found.supplied == pytest.approx((1 + e) / 2, rel=1e-9)
+    assert found.dissipated == pytest.approx((1 - e**2) * 3 / 8, rel=1e-9)
+    assert found.end - found.start == pytest.approx((1 + e) / 2 - (1 - e**2) * 3 / 8, rel=1e-9)
+
+
+def test_what_a_moving_constraint_brings_where_a_freewheel_takes_hold() -> None:
+    """der(x) = 0 meets der(w) = 2 m/s: with 3 kg behind x, both go on at 0.5 m/s. The constraint takes 2 kg*0.5 m/s from y, at 1 m/s."""
+    found = run(
+        "coordinate Length x = 0 m; coordinate Length w = 0 m; coordinate Length y = 0 m; initial der(x) = 0 m/s;"
+        "initial der(w) = 2 m/s; initial der(y) ~ 1 m/s; kinetic 1/2*1 kg*(der(x)^2 + der(w)^2 + 2*der(y)^2);"
+        "constraint der(x) + der(y) = 1 m/s; friction forward 0 N backward infinite on der(x) - der(w);",
+        stop=1,
+    ).energy
+    assert found is not None
+    assert found.supplied == pytest.approx(-1, rel=1e-9) == found.supplied_at_events
+    assert found.dissipated == pytest.approx(1.5, rel=1e-9)
+
+
+@pytest.mark.parametrize("settings", [{}, STEPS])
+def test_what_a_drive_brings_while_its_load_rebounds(settings: dict[str, Any]) -> None:
+    """2 kg on what is driven at 0.7 m/s get P = 3 N.s from a stop on it: 0.7 m/s*P come from the drive."""
+    found = run(
+        "coordinate Length c; drive c = 0.7 m/s*time; coordinate Length x = 0.5 m; initial der(x) = -1 m/s;"
+        "kinetic 1/2*2 kg*(der(x) + der(c))^2; contact x restitution 0.5;",
+        stop=0.8,
+        **settings,
+    ).energy
+    assert found is not None
+    assert found.supplied == pytest.approx(2.1, rel=1e-9)
+    assert found.dissipated == pytest.approx(0.75, rel=1e-9)
+
+
+def test_what_a_drive_brings_where_a_potential_jumps() -> None:
+    """der(x) = -1 m/s falls to -sqrt(1/2) m/s, by P = 2 kg*(1 - sqrt(1/2)) m/s; nothing is lost."""
+    found = run(
+        "coordinate Length c; drive c = 0.7 m/s*time; coordinate Length x = 0.5 m; initial der(x) = -1 m/s;"
+        "kinetic 1/2*2 kg*(der(x) + der(c))^2; potential if x > 0.2 m then 0 J else 0.5 J;"
+        "contact x + 5 m;",
+        stop=0.8,
+    ).energy
+    assert found is not None
+    assert found.supplied == pytest.approx(0.7 * 2 * (1 - math.sqrt(0.5)), rel=1e-9)
+    assert not found.dissipated

@@ -520,3 +520,26 @@ def test_structural_parameters_do_not_vary_between_members(vary: Any) -> None:
     for n in (2, 3):
         runs = model.ensemble("k = 1 .. 2, 3", f"final(x[{n}])", set={"n": n})
         np.testing.assert_allclose(runs[f"final(x[{n}])"], np.exp(-runs["k"]), rtol=1e-8)
+
+
+def test_what_happens_at_the_start_counts_where_it_ends_the_motion() -> None:
+    """A mass that is too high at the start ends the run there: its one instant has events, extremes and times, as that of a run."""
+    model = mechc.loads(
+        """
+model Clamp
+  coordinate Length x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  discrete Real n = 0;
+  when initial() then n := 1; end when;
+  when initial() and x > 1.2 m then terminate("too high"); end when;
+  experiment(stop = 1 s);
+end Clamp;
+"""
+    )
+    kept = "events(), max(x), min(x), mean(x), first(x > 0 m), final(n)"
+    runs = model.ensemble({"x": [1.0, 1.5]}, keep=kept, errors="none")
+    assert list(runs.outcome_words) == ["completed", "terminated"], runs.why()
+    single = [model.simulate(set={"x": x}, estimate_error=False) for x in (1.0, 1.5)]
+    assert list(runs["events()"]) == [len(s.events) for s in single] == [1, 2]
+    assert list(runs["max(x)"]) == list(runs["min(x)"]) == list(runs["mean(x)"]) == [1.0, 1.5]
+    assert list(runs["first(x > 0 m)"]) == [0.0, 0.0] and list(runs["final(n)"]) == [1.0, 1.0]

@@ -291,7 +291,7 @@ def test_what_does_not_fit_is_refused(models: dict[str, Any]) -> None:
 
 
 def test_inputs_of_time_go_on() -> None:
-    """What the model moves is no column of u."""
+    """What the model moves is not a column of u."""
     text = "input Force a = if time > 0.5 s then 4 N else 0 N;\ninput Force b = 1 N;\ncoordinate x = 0 m;\n"
     model = mechc.loads(text + "kinetic 1/2*(2 kg)*der(x)^2;\nforce a + b on x;\nexperiment(stop = 1 s);")
     with model.env(0.25, tolerance=1e-10) as env:
@@ -327,7 +327,24 @@ def test_a_reset_ends_what_was_interrupted(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr("mechc.runtime.studies.environments.environments.LONGEST_CALL", 1e-9)
     many = mechc.loads(HYBRID).batch(3, "0.4 s")
     many.reset(q=[[0.1, 0.0], [1.0, 0.0], [3.0, 0.0]])
-    assert many._step(many._at) > 0  # as where a signal ends the step here
+    assert many._step() > 0  # as where a signal ends the step here
     many.reset()
     many.step()
     assert many.time == pytest.approx(np.full(3, 0.4), abs=1e-12)
+
+
+def test_without_built_in_functions_of_python(
+    models: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    usual = models["smooth"].env("20 ms")
+    monkeypatch.setattr("mechc.runtime.native.calls.library", lambda: None)
+    plain = models["smooth"].env("20 ms")
+    for env in (usual, plain):
+        for k in range(5):
+            env.u[:] = 0.1 * k
+            env.step()
+    np.testing.assert_array_equal(plain.q, usual.q)
+    np.testing.assert_array_equal(plain.y, usual.y)
+    plain.close()
+    with pytest.raises(SimulationError, match="closed"):
+        plain.step()

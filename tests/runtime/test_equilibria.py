@@ -204,7 +204,7 @@ def test_a_hopf_point() -> None:
 
 def test_mistakes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     hoop = mechc.load(HOOP)
-    with pytest.raises(SimulationError, match="'theta' is no parameter"):
+    with pytest.raises(SimulationError, match="'theta' is not a parameter"):
         equilibria(hoop, over="theta = 0 .. 1")
     with pytest.raises(mechc.UsageMistake, match="input 'ww'"):
         equilibria(hoop, over="ww = 0 .. 1")
@@ -224,3 +224,49 @@ def test_a_family_of_equilibria_says_so() -> None:
     """A top rests upright and hanging whatever its turn about the axis."""
     top = equilibria(mechc.load(ROOT / "examples" / "heavy_top_rotation.mech"))
     assert any("not isolated" in remark for remark in top.remarks)
+
+
+BLADES = """\
+import mech.planar.*;
+model Blades "a hub with three blades, whose weights balance but for rounding"
+  gravity {{0, -9.81}} m/s^2;
+  Bar one(m = 1 kg, l = 1 m);
+  Bar two(m = 1 kg, l = 1 m);
+  Bar three(m = {mass} kg, l = 1 m);
+  Revolute pin(world -> one.a, angle = 20 deg);
+  Weld second(one.a * rot(120 deg) -> two.a);
+  Weld third(one.a * rot(240 deg) -> three.a);
+end Blades;
+"""
+
+
+def test_a_rotor_that_is_balanced_but_for_rounding_rests_anywhere() -> None:
+    found = one(BLADES.format(mass=1))
+    assert found.message == "1 equilibrium, not isolated, may be incomplete"
+    assert (
+        "the rates of 'der(pin.angle)' are rounding wherever it is looked at, and count as zero"
+        in found.remarks
+    )
+    with pytest.raises(SimulationError, match="not isolated: no list of them can be proven"):
+        one(BLADES.format(mass=1), prove=True)
+    heavier = one(BLADES.format(mass=1 + 1e-9))  # the third blade hangs down, or stands
+    angles = [math.radians(30), math.radians(30) - math.pi]
+    assert values(heavier, "pin.angle") == pytest.approx(sorted(angles), abs=1e-6)
+    assert [e["stable"] for e in heavier.equilibria] == [False, True]
+
+
+@pytest.mark.parametrize("names", ["xy", "xyz"])
+def test_a_circle_and_a_sphere_of_equilibria_are_one(names: str) -> None:
+    """With the hilltop in their middle there are two."""
+    square = " + ".join(f"{n}^2" for n in names)
+    text = "\n".join(f"coordinate {n} = {0.3 - 0.1 * k:g};" for k, n in enumerate(names))
+    kinetic = " + ".join(f"1/2*der({n})^2" for n in names)
+    found = one(f"model Hat dimensionless; {text} kinetic {kinetic}; potential ({square} - 1)^2; end Hat;")
+    assert found.message == "2 equilibria, 1 of them not isolated, may be incomplete"
+    radii = [math.hypot(*(e["values"][n] for n in names)) for e in found.equilibria]
+    assert sorted(radii) == pytest.approx([0, 1], abs=1e-7)
+
+
+def test_a_flat_bottom_is_isolated() -> None:
+    found = one(WELL.format(more="", bounds="", v="x^4"))
+    assert found.message == "1 equilibrium"

@@ -178,6 +178,19 @@ def test_outliers_count_less_under_a_robust_loss(model: mechc.Model, motion: dic
     assert abs(robust["theta"] - 0.6) < 0.02 < abs(plain["theta"] - 0.6)
 
 
+def test_one_value_that_decides_a_fit_is_told(model: mechc.Model, motion: dict[str, Array]) -> None:
+    """A slip of the pen in one of the rows; without it nothing is said."""
+    data = noisy(motion, 6, theta=0.005)
+    assert not [said for said in model.fit(data, "l, c, theta").remarks if "counts more" in said]
+    data["theta"][40] = 20.0
+    (said,) = [said for said in model.fit(data, "l, c, theta").remarks if "counts more" in said]
+    assert "'theta'" in said and f"at t = {TIMES[40]:.10g} s" in said
+    robust = model.fit(data, "l, c, theta", loss="soft_l1")
+    assert robust["theta"] == pytest.approx(0.6, abs=0.02) and not [
+        r for r in robust.remarks if "counts" in r
+    ]
+
+
 @pytest.mark.slow
 def test_several_files_with_starts_of_their_own_gaps_and_inputs(
     model: mechc.Model, tmp_path: Path, capsys: pytest.CaptureFixture[str]

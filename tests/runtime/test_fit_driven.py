@@ -202,5 +202,5 @@ def test_what_cannot_be_smoothed(times: Array, kind: str, words: str) -> None:
 
 
 def test_only_measured_inputs_are_smoothed(model: mechc.Model, motion: Array) -> None:
-    with pytest.raises(SimulationError, match="'x' is to be smoothed, and is no measured input"):
+    with pytest.raises(SimulationError, match="'x' is to be smoothed, and is not a measured input"):
         model.fit(data(motion, 1), "k", smooth="x")

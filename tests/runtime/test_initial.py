@@ -278,7 +278,7 @@ def test_rounding_of_the_assembly_is_no_size() -> None:
 
 
 def test_what_assembly_leaves_of_a_zero_is_no_size() -> None:
-    """A slider that closes a loop turns its body to angle zero, but for rounding: drifts are no multiples of that."""
+    """A slider that closes a loop turns its body to angle zero, but for rounding: drifts are not multiples of that."""
     text = """
     import mech.planar.*;
     Body b(m = 2 kg, J = 0.39 kg.m^2, com = {-0.32 m, -0.31 m});

@@ -173,16 +173,16 @@ def test_headers_with_indices(header: str, expected: dict[str, float], tmp_path:
             "the time 1 stands more than twice, the third time in line 4 of",
         ),
         ("time [s],u [m/s]\n0,1\n1\n", "line 3 of .* has 1 cell, not 2"),
-        ("time [s],u [m/s]\n0,one\n", "line 2 of .* holds 'one', which is no finite number"),
+        ("time [s],u [m/s]\n0,one\n", "line 2 of .* holds 'one', which is not a finite number"),
         ("time [s],u [m/s]\n0,1\n\n1,nan\n", "line 4 of .* has no value of 'u'"),
         ("time [s],u [m/s]\n0,1\n,2\n", "line 3 of .* has no value of 'time'"),
-        ("time [s],u [m/s]\n0,inf\n", "line 2 of .* holds 'inf', which is no finite number"),
+        ("time [s],u [m/s]\n0,inf\n", "line 2 of .* holds 'inf', which is not a finite number"),
         ("time [s],u [m/s]\n0,1e999\n", "line 2 of .* holds '1e999'"),
         ("time [s],u [m/s]\n0,1_0\n", "line 2 of .* holds '1_0'"),
         ("time [s],u [m/s]\n0,\u0661\n", "line 2 of .* holds '\u0661'"),
         ("time [s],u [m/s]\n0,0x10\n", "line 2 of .* holds '0x10'"),
         ("0,1\n1,2\n", "line 1 of .* holds numbers alone"),
-        ("time [s],w [m/s]\n0,1\n", "a column 'w', which is no input \\(inputs: u\\)"),
+        ("time [s],w [m/s]\n0,1\n", "a column 'w', which is not an input \\(inputs: u\\)"),
         ("time [s],u [m/s],u [m/s]\n0,1,2\n", "two columns 'u'"),
         ("time [s],u [kg]\n0,1\n", "'u' is no kg"),
         ("time [s],u [m/s\n0,1\n", "headed 'name \\[unit\\]', not 'u \\[m/s'"),
@@ -210,8 +210,8 @@ def test_unreadable_tables(tmp_path: Path) -> None:
     text = "time [s],u [m/s]\n0,1\n1,2 \u00b0\n"
     for written, words in (
         (b"\xff\xfe" + text.encode("utf-16-le")[:-1], "it begins as UTF-16 and goes on otherwise"),
-        (text.replace("\u00b0", "").encode("utf-16-le"), "it is no text"),
-        (text.encode("latin-1"), "line 3 of .* holds '2 °', which is no finite number"),
+        (text.replace("\u00b0", "").encode("utf-16-le"), "it is not a text"),
+        (text.encode("latin-1"), "line 3 of .* holds '2 °', which is not a finite number"),
     ):
         path.write_bytes(written)
         with pytest.raises(SimulationError, match=words):
@@ -222,5 +222,5 @@ def test_an_input_given_twice_or_unknown() -> None:
     table = make_table([0.0], [1.0])
     with pytest.raises(SimulationError, match="the input 'u' is given twice"):
         simulate(driven(), SimulationOptions(stop=1, values={"u": 1.0}, inputs={"u": table}))
-    with pytest.raises(SimulationError, match="'x' is no input of 'Driven'"):
+    with pytest.raises(SimulationError, match="'x' is not an input of 'Driven'"):
         simulate(driven(), SimulationOptions(stop=1, inputs={"x": table}))

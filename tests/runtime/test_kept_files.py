@@ -371,7 +371,7 @@ def test_a_shelf_that_is_no_folder_is_not_used(what: str, tmp_path: Path) -> Non
         library.unlink()
         shelf.rmdir()
         shelf.write_text("somebody's")
-    with pytest.warns(RuntimeWarning, match="is no folder"):
+    with pytest.warns(RuntimeWarning, match="is not a folder"):
         again = build_shared(SOURCE, model_flags())
     assert ctypes.CDLL(str(again)).f() == 1 and shelf.parent not in again.parents
     assert what == "link" or shelf.read_text() == "somebody's"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from mechc.compiler.targets.fmu.licences import header_folder
+from mechc.compiler.targets.fmu.export import header_folder
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.native.kernel import AROUND, KERNEL, KERNEL_ROOMS
 

@@ -218,7 +218,7 @@ end Sizes;
 
 
 def test_orders_of_single_precision_spoil_no_member_whose_numbers_do_not_fit() -> None:
-    """The square of a radius of 1e25 is no single, that of 1e-25 is zero: such members go on without a tail, and their neighbours
+    """The square of a radius of 1e25 is not a single, that of 1e-25 is zero: such members go on without a tail, and their neighbours
     do not feel it."""
     model = mechc.loads(SIZES)
     asked: dict[str, Any] = {
@@ -431,7 +431,7 @@ end Moon;
     ("text", "vary"), [(PUSHED, "w ~ uniform(1, 5)"), (MOON, "m ~ uniform(5.5e24 kg, 6.5e24 kg)")]
 )
 def test_series_of_the_time_and_of_numbers_that_are_no_singles(text: str, vary: str) -> None:
-    """Time is counted in units of the step, as all else; the fourth power of a distance of 4e8 m is no single."""
+    """Time is counted in units of the step, as all else; the fourth power of a distance of 4e8 m is not a single."""
     model, kept = mechc.loads(text), "final(x), final(y)"
     on = model.ensemble(vary, kept, samples=40, method="taylor", lanes="on", errors="0.5")
     exact = model.ensemble(

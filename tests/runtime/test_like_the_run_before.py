@@ -13,7 +13,7 @@ from msgspec.structs import replace
 import mechc
 from mechc.runtime.case import Case
 from mechc.runtime.integrate.kernel_run import run_kernel
-from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.solver import SolverOptions
 from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.outcome import Outcome

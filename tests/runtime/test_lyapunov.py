@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 import mechc
 from mechc.runtime.numerics.growth_rates import estimated
@@ -200,3 +203,96 @@ def test_regular_and_conservative_motions_have_no_such_dimension() -> None:
 def test_kaplan_yorke(exponents: tuple[float, ...], dimension: float | None) -> None:
     found = kaplan_yorke(np.array(exponents), np.zeros(len(exponents)))
     assert (None if found is None else found[0]) == dimension
+
+
+SHAKEN = """\
+model Shaken "a block on a shaken table, held by a spring: it sticks and slips"
+  dimensionless;
+  coordinate x = 0.2;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*x^2;
+  friction rub: 0.7 on x - 1.5*sin(0.7*time);
+  experiment(stop = 50);
+end Shaken;
+"""
+
+
+W, LIMIT = 0.7, 0.7
+
+
+def table(t: float) -> tuple[float, float]:
+    return 1.5 * math.sin(W * t), 1.5 * W * math.cos(W * t)
+
+
+def slid(t: float, x: float, v: float, side: float, stop: float) -> tuple[float, float, float]:
+    """Time, place and velocity of a slipping block where its slip vanishes, or at the stop, by SciPy."""
+
+    def slip(s: float, y: Any) -> float:
+        return float(y[1] - table(s)[1])
+
+    def rates(s: float, y: Any) -> list[float]:
+        return [y[1], -y[0] + LIMIT * side]
+
+    slip.terminal = True  # type: ignore[attr-defined]
+    accuracy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13}
+    ahead = min(t + 1e-3, stop)  # off the surface that it leaves
+    near = solve_ivp(rates, (t, ahead), [x, v], **accuracy).y[:, -1]
+    run = solve_ivp(rates, (ahead, stop), near, events=slip, **accuracy)
+    return float(run.t[-1]), *run.y[:, -1]
+
+
+def slips_at(t: float, offset: float, stop: float) -> float:
+    """When the friction that holds a block reaches its limit; the stop where it does not."""
+
+    def beyond(s: Any) -> Any:
+        return np.abs(offset + 1.5 * (1 - W * W) * np.sin(W * s)) - LIMIT
+
+    grid = np.linspace(t, stop, 4000)
+    over = np.flatnonzero(beyond(grid) > 0)
+    if not over.size:
+        return stop
+    return float(brentq(beyond, grid[over[0] - 1], grid[over[0]], xtol=1e-14)) if over[0] else t
+
+
+def shaken(x: float, periods: int) -> float:
+    """Where the block is after some periods, from rest on the table."""
+    stop = periods * 2 * math.pi / W
+    t, v, sticks = 0.0, table(0)[1], True
+    while t < stop:
+        if sticks:
+            offset = x - table(t)[0]
+            t = slips_at(t, offset, stop)
+            x, v = offset + table(t)[0], table(t)[1]
+            if t == stop:
+                break
+        side = math.copysign(1.0, x - W * W * table(t)[0])
+        t, x, v = slid(t, x, v, side, stop)
+        sticks = abs(x - W * W * table(t)[0]) <= LIMIT
+    return x
+
+
+def test_what_sticks_forgets() -> None:
+    """Of a change of the velocity nothing is left where friction sticks; that of the place shrinks from period to period, by SciPy."""
+    found = mechc.loads(SHAKEN).lyapunov(time=2000).summary()
+    assert found["exponents"][1] is None and len(found["exponents"]) == 2
+    assert any("1 of 2 exponents is minus infinity" in remark for remark in found["remarks"])
+    settled, d = shaken(0.2, 8), 1e-5
+    apart = (shaken(settled + d, 1) - shaken(settled - d, 1)) / (2 * d)
+    exponent = math.log(abs(apart)) * 0.7 / (2 * math.pi)
+    assert found["exponents"][0] == pytest.approx(exponent, abs=found["confidence"][0])
+
+
+def test_a_belt_that_starts_where_it_sticks() -> None:
+    """Its start lies on the very point where friction changes; on its cycle one exponent is zero."""
+    found = example("stick_slip_belt").lyapunov()
+    assert (
+        found.message.startswith("stable: one exponent is zero")
+        and found.message.count("minus infinity") == 1
+    )
+    first, second = found.summary()["exponents"]
+    assert abs(first) < 1e-3 and second is None
+
+
+def test_changes_of_which_nothing_is_left() -> None:
+    found = mechc.loads("model M dimensionless; coordinate x = 0; initial der(x) = 1; kinetic 1/2*der(x)^2; friction 0.5 on x; experiment(stop = 20); end M;").lyapunov(time=100)  # fmt: skip
+    assert found.summary()["exponents"][1] is None and abs(found.summary()["exponents"][0]) < 1e-6

@@ -252,7 +252,7 @@ end Lag;
 
 def test_mistakes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pendulum = mechc.load(ROOT / "examples" / "pendulum.mech")
-    with pytest.raises(SimulationError, match="no equilibrium, so that small motions"):
+    with pytest.raises(SimulationError, match="not an equilibrium, so that small motions"):
         modes(pendulum, at="theta = 20 deg")
     with pytest.raises(SimulationError, match="depends on time"):
         modes(mechc.load(ROOT / "examples" / "forced_oscillator.mech"))

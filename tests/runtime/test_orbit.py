@@ -5,10 +5,12 @@ from __future__ import annotations
 import json
 import math
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
 
 import mechc
@@ -134,7 +136,7 @@ DAMPED = DUFFING.format(start=1).replace("experiment", "damping {b} on x; experi
     ("text", "words"),
     [
         (DAMPED.format(b=1), "comes back to is a state of rest, x = 0|comes to rest, x = 0"),
-        (DAMPED.format(b=0.1), "comes back to is a state of rest, x = "),
+        (DAMPED.format(b=0.1), "comes back to is a state of rest, x = |comes to rest, x = 0"),
         (DUFFING.format(start=0), "comes to rest, x = 0: it has no period"),
     ],
 )
@@ -142,6 +144,14 @@ def test_a_state_of_rest_is_no_orbit(text: str, words: str) -> None:
     with pytest.raises(mechc.SimulationError, match=words) as told:
         mechc.loads(text).orbit()
     assert "a damped motion that nothing drives ends at rest" in (told.value.help or "")
+
+
+@pytest.mark.parametrize("study", ["orbit", "floquet", "lyapunov"])
+def test_what_has_no_freedom_has_no_neighbours(study: str) -> None:
+    """A four-bar whose crank is driven: what is left of changes is rounding, and was told as two directions."""
+    settings: dict[str, Any] = {} if study == "lyapunov" else {"period": "2*pi/speed"}
+    with pytest.raises(mechc.SimulationError, match="'FourBar' has no freedom"):
+        example("four_bar").study(study, **settings)
 
 
 def test_mathieu_edges() -> None:
@@ -325,3 +335,107 @@ def test_a_multiple_of_the_period_is_told_as_the_period() -> None:
         assert found["multipliers"][1][0] == pytest.approx(once["multipliers"][1][0], abs=1e-9)
     followed = model.orbit(period=3 * 6.6633, set=once["start"], over="mu = 1 .. 1.1, 2").summary()
     assert followed["orbits"][0]["period"] == pytest.approx(once["period"], rel=1e-9)
+
+
+def test_the_cycle_of_a_block_on_a_belt() -> None:
+    """It slips from k x = fs, on a circle about fk/k, until it is as fast as the belt, and sticks for the rest: the same period from
+    each start, and nothing of a change is left after a stick. It begins at rest on the belt, where there is no derivative."""
+    model = example("stick_slip_belt")
+    for fs, u in ((2.943, 1.962), (3.924, 0.981)):
+        found = model.orbit(set={"fs": fs, "u": u}).summary()
+        off = fs - 1.962
+        assert found["period"] == pytest.approx(2 * math.pi - 2 * math.atan(off / u) + 2 * off / u, rel=1e-10)
+        radius = math.hypot(found["start"]["x"] - 1.962, found["start"]["der(x)"])
+        assert radius == pytest.approx(math.hypot(off, u), rel=1e-9)
+        one, other = (abs(complex(*pair)) for pair in found["multipliers"])
+        assert one == pytest.approx(1, abs=1e-8) and other < 1e-8
+        assert found["stable"]
+
+
+def test_the_cycle_on_a_belt_with_friction_that_falls_with_the_speed() -> None:
+    """It slips by x'' = 2 - x + 0.2 x' from x = 2.2, where x' is that of the belt, until it is again; then it sticks."""
+
+    def fast(t: float, y: np.ndarray) -> float:
+        return float(y[1] - 1) if t > 0.1 else -1.0
+
+    fast.terminal = True  # type: ignore[attr-defined]
+    slip = solve_ivp(
+        lambda t, y: [y[1], 2 - y[0] + 0.2 * y[1]], (0, 20), [2.2, 1], "DOP853", events=fast, rtol=1e-12, atol=1e-12
+    )  # fmt: skip
+    period = slip.t[-1] + 2.2 - slip.y[0, -1]
+    assert example("belt_with_rosin").orbit().summary()["period"] == pytest.approx(period, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("name", "period", "multiplier"),
+    [
+        ("thermostat", 1200 * (math.log(22 / 18) + math.log(22 / 18)), 0.0),
+        # coasts from 0.04 to -0.04 rad at 0.005 rad/s, then a pulse of M/J turns the rate back
+        ("relay_attitude", 2 * (0.08 / 0.005 + 2 * 0.005 / 0.1), None),
+    ],
+)
+def test_cycles_that_are_small_beside_the_way_to_them(
+    name: str, period: float, multiplier: float | None
+) -> None:
+    found = example(name).orbit().summary()
+    assert found["period"] == pytest.approx(period, rel=1e-10)
+    if multiplier is not None:
+        assert min(abs(complex(*pair)) for pair in found["multipliers"]) == pytest.approx(
+            multiplier, abs=1e-9
+        )
+
+
+RUBBED = """\
+model Rubbed
+  dimensionless;
+  parameter w = 0.5;
+  coordinate x = 0.7;
+  kinetic 1/2*der(x)^2;
+  potential 1/2*x^2;
+  force cos(w*time) on x;
+  friction rub: 0.4 on x;
+end Rubbed;
+"""
+
+
+def rubbed(begin: float, y: np.ndarray, w: float, duration: float) -> np.ndarray:
+    """The state after a time, by SciPy, piece by piece: while it rests, until |cos(w t) - x| passes 0.4."""
+    t, stop, y = begin, begin + duration, np.array(y, dtype=float)
+    while t < stop:
+        push = math.cos(w * t) - y[0]
+        if y[1] == 0 and abs(push) <= 0.4 * (1 + 1e-12):
+            times = np.linspace(t, stop, 20001)[1:]
+            beyond = np.flatnonzero(np.abs(np.cos(w * times) - y[0]) > 0.4)
+            if not beyond.size:
+                return y
+            b = float(times[beyond[0]])
+            a = max(t, float(b - (stop - t) / 20000))
+            t = brentq(lambda s, x=y[0]: abs(math.cos(w * s) - x) - 0.4, a, b, xtol=1e-14) if a > t else b
+            push = math.cos(w * (t + 1e-9)) - y[0]
+        sign = math.copysign(1, y[1] if y[1] else push)
+
+        def turns(s: float, y: np.ndarray, begun: float = t, sign: float = sign) -> float:
+            return float(y[1]) if s > begun + 1e-4 else sign
+
+        turns.terminal = True  # type: ignore[attr-defined]
+        found = solve_ivp(
+            lambda s, y, sign=sign: [y[1], math.cos(w * s) - y[0] - 0.4 * sign],
+            (t, stop), y, "DOP853", events=turns, rtol=1e-12, atol=1e-13, max_step=0.1,
+        )  # fmt: skip
+        t, y = float(found.t[-1]), found.y[:, -1].copy()
+        if found.status == 1:
+            y[1] = 0.0
+    return y
+
+
+def test_a_driven_orbit_is_told_where_it_slips() -> None:
+    """Where its motion begins it sticks; the period comes back by SciPy, and of a change the share of the multiplier is left."""
+    found = mechc.loads(RUBBED).orbit(period=4 * math.pi)
+    told = found.summary()
+    assert "where the motion begins, it sticks or switches" in " ".join(found.remarks)
+    start = np.array([told["start"]["x"], told["start"]["der(x)"]])
+    end = rubbed(told["begin"], start, 0.5, 4 * math.pi)
+    assert end == pytest.approx(start, abs=1e-9)
+    changes = [(rubbed(told["begin"], start + d, 0.5, 4 * math.pi) - end) / 1e-5 for d in 1e-5 * np.eye(2)]
+    largest = np.abs(np.linalg.eigvals(np.column_stack(changes))).max()
+    assert abs(complex(*told["multipliers"][0])) == pytest.approx(largest, abs=1e-4)

@@ -11,7 +11,7 @@ from mechc.measurement.peers.scipy import METHODS
 from mechc.runtime.case import SimulationOptions, prepare
 from mechc.runtime.functions import load_functions
 from mechc.runtime.inputs import make_table
-from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.solver import SolverOptions
 from mechc.runtime.outcome import SimulationError
 
 BALL = """

@@ -23,7 +23,7 @@ import mechc
 from mechc.runtime.case import Case, SimulationOptions
 from mechc.runtime.integrate import kernel_run
 from mechc.runtime.integrate.kernel_run import run_kernel
-from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.solver import SolverOptions
 from mechc.runtime.integrate.trajectory import Trajectory
 from mechc.runtime.outcome import Outcome
 from mechc.runtime.problem import Array
@@ -130,6 +130,24 @@ def test_polynomials_that_were_not_kept_are_those_of_the_run(monkeypatch: pytest
     for _ in range(2):
         assert all(np.array_equal(dropped(times)[name], kept(times)[name]) for name in kept)
     assert len(made) == 1
+
+
+def test_a_run_that_is_pictured_is_not_made_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("mechc.runtime.studies.runs.companion.DENSE_KEPT", 1_000)
+    made: list[Trajectory] = []
+
+    def counted(case: Case, options: SolverOptions) -> Trajectory:
+        made.append(run_kernel(case, options))
+        return made[-1]
+
+    monkeypatch.setattr(kernel_run, "run_kernel", counted)
+    text = "model A coordinate Length x = 1 m; kinetic (1 kg)*der(x)^2/2; potential (1 N/m)*x^2/2; draw sphere() at {x, 0 m}; end A;"
+    times = np.linspace(0, 2000, 999)
+    for keep, again in (frozenset({"scene"}), 0), (frozenset[str](), 1):
+        solution = mechc.loads(text, keep=keep).simulate(stop=2000)
+        assert isinstance(solution, mechc.Solution)
+        assert np.abs(solution(times)["x"] - np.cos(times)).max() < 1e-4
+        assert len(made) == again
 
 
 def test_a_run_goes_the_same_way_whether_its_polynomials_are_kept_or_not(
@@ -365,5 +383,5 @@ def test_parts_of_several_sizes_are_named_one_by_one() -> None:
     """).simulate()
     assert found["all"].shape[1] == 3 and found["p.y"].shape[1] == 2
     for name, parts in (("p.x", r"p\[1\].x\[1\], p\[2\].x\[1\], p"), ("p.z", r"p\[1\].z, p\[2\].z\[1\], p")):
-        with pytest.raises(KeyError, match=f"'{name}' is no whole array, its elements are {parts}"):
+        with pytest.raises(KeyError, match=f"'{name}' is not a whole array, its elements are {parts}"):
             found[name]

@@ -50,7 +50,7 @@ def test_a_snapshot_goes_on_bit_for_bit() -> None:
 
 
 def test_only_inputs_can_be_set() -> None:
-    with mechc.loads(CART).start() as sim, pytest.raises(SimulationError, match="no input"):
+    with mechc.loads(CART).start() as sim, pytest.raises(SimulationError, match="not an input"):
         sim["x"] = 1.0
 
 

@@ -106,7 +106,7 @@ def test_through_impacts() -> None:
     assert (found.arrays["der(z)"] > 0).all()
     jumps = mechc.loads(BALL).section(
         where="der(z) = 0", count=5
-    )  # its jump is no passage; the turn at the top is
+    )  # its jump is not a passage; the turn at the top is
     assert jumps.summary()["count"] == 0 or (np.abs(jumps.arrays["z"] - 1) < 1e-6).all()
 
 
@@ -228,7 +228,7 @@ def test_a_direction_of_no_surface_is_refused() -> None:
 
 @pytest.mark.parametrize("text", [TWO, BALL], ids=["smooth", "impacts"])
 def test_settling_may_outlast_the_experiment(text: str) -> None:
-    """The study follows the motion as far as it needs: the stop of the experiment is no bound of its start."""
+    """The study follows the motion as far as it needs: the stop of the experiment is not a bound of its start."""
     short = text.replace("stop = 30", "stop = 4").replace("stop = 10", "stop = 4")
     model = mechc.loads(short)
     name = "x" if text is TWO else "der(z)"

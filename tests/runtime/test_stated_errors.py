@@ -136,6 +136,6 @@ def test_of_scattering(tolerance: float) -> None:
 
 
 def test_scattering_has_no_fixed_steps() -> None:
-    with pytest.raises(mechc.SimulationError, match="'rk4' is no method that does") as told:
+    with pytest.raises(mechc.SimulationError, match="'rk4' is not a method that does") as told:
         mechc.loads(WELL).scattering(over="b = 0.5 .. 2, 4", method="rk4", step=0.01)
     assert "'auto' takes one" in (told.value.help or "")

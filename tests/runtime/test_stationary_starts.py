@@ -294,6 +294,38 @@ def test_their_derivatives_do_too() -> None:
     assert np.asarray(solution.sensitivity("x", "wide"))[0] == pytest.approx(3.0, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("declared", "said", "name"),
+    [
+        ("state u ~ 0; equation der(u) = -u/(1 s);", "initial a*u + v = 1;", "v"),
+        ("state u ~ 0; equation der(u) = -u/(1 s);", "initial a*u + k*v + w = 1;", "w"),
+        ("coordinate u ~ 0; kinetic 1/2*1 J.s^2*der(u)^2;", "initial a*u + v = 1;", "v"),
+        ("coordinate u ~ 0; kinetic 1/2*1 J.s^2*der(u)^2;", "initial a*der(u)*1 s + k*v = 1;", "v"),
+    ],
+)
+def test_a_condition_in_which_an_unknown_has_the_factor_zero_is_for_another(
+    declared: str, said: str, name: str
+) -> None:
+    """The first state in the text took it, and began at 1/0."""
+    found = start(
+        f"parameter Real a = 0; parameter Real k = 1; {declared} state v ~ 0; equation der(v) = -v/(1 s);\n"
+        f"state w ~ 0; equation der(w) = -w/(1 s); {said} experiment(stop = 1 s);"
+    )
+    assert {n: found[n] for n in ("u", "v", "w")} == {n: float(n == name) for n in ("u", "v", "w")}
+
+
+def test_a_controller_behind_another_begins_with_an_answer() -> None:
+    """Without a derivative, the lag of the first one has no say in the answer of the second one."""
+    found = start(
+        "import mech.control.*;\nmodel M coordinate Length x = 2 m; kinetic 1/2*1 kg*der(x)^2;\n"
+        "PID place(target = 0 m, measured = x, k = 3 s^-1, I = 0 m/s);\n"
+        "PID speed(target = place.y, measured = der(x), k = 5 N.s/m);\n"
+        "force speed.y on x; initial der(x) = 0.5 m/s; initial speed.y = 7 N; experiment(stop = 1 s); end M;"
+    )
+    assert found["speed.y"] == pytest.approx(7, rel=1e-14)
+    assert found["speed.I"] == pytest.approx(7 - 5 * (-3 * 2 - 0.5), rel=1e-14)
+
+
 # ---------------------------------------------------------------- wrong models
 
 BODY = "coordinate Length x ~ 1 m; kinetic 1/2*1 kg*der(x)^2;\n"

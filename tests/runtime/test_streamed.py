@@ -16,9 +16,8 @@ import pytest
 
 import mechc
 from mechc.cli.main import run
-from mechc.runtime.output_times import output_times
 from mechc.runtime.results.files import read_results
-from mechc.runtime.rows import Scratch
+from mechc.runtime.rows import Scratch, output_times
 
 SLICED = (
     "rows",

@@ -35,7 +35,7 @@ def remarks(text: str, kind: str, **settings: Any) -> list[str]:
     [
         ("field", {}, "without friction 'rub'"),
         ("linearize", {"at": {"x": 1.0}}, "'rub' begins to slide"),
-        ("action", {"stop": 1.0}, "no part of L, take"),
+        ("action", {"stop": 1.0}, "not part of L, take"),
     ],
 )
 def test_friction_is_told_where_it_is_no_part_of_the_answer(kind: str, settings: Any, word: str) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from numpy import pi
+from scipy.integrate import solve_ivp
 
 import mechc
 
@@ -91,3 +92,24 @@ def test_spatial(
     speed = v + np.cross(w, centre)
     expected = mass * speed @ speed / 2 + w @ np.asarray(inertia) @ w / 2
     assert kinetic_energy("spatial", declaration, rates, extra) == pytest.approx(expected, rel=1e-13)
+
+
+def test_a_rotor_that_a_free_body_carries_turns_it() -> None:
+    """A gyrostat whose motor speeds up: J w' + w x (J w + Jr s e) + Jr s' e = 0 and Jr (s' + e.w') = M in the axes of the body, by SciPy."""
+    s = mechc.loads(
+        "import mech.spatial.*; model M Body b(m = 2 kg, J = diag({0.5, 0.6, 0.9}) kg.m^2);"
+        "Free free(world -> b.a, der(orientation) = {1, 2, 0.5} rad/s);"
+        "CarriedRotor rotor(to = b.a, J = 0.1 kg.m^2, axis = {1, 2, 2}, angle = 0 rad, der(angle) = 30 rad/s);"
+        "force 0.3 N.m on rotor.angle; output rate[3] = components(b.a, angvel(b.a));"
+        "experiment(stop = 2 s, tolerance = 1e-11); end M;"
+    ).simulate(estimate_error=False)
+    J, e = np.diag([0.5, 0.6, 0.9]), np.array([1, 2, 2]) / 3
+
+    def rates(t: float, y: np.ndarray) -> np.ndarray:
+        rate, spin = y[:3], y[3]
+        M = np.block([[J, 0.1 * e[:, None]], [0.1 * e[None, :], np.array([[0.1]])]])
+        found: np.ndarray = np.linalg.solve(M, np.append(-np.cross(rate, J @ rate + 0.1 * spin * e), 0.3))
+        return found
+
+    y = solve_ivp(rates, (0, 2), [1, 2, 0.5, 30], "DOP853", rtol=1e-12, atol=1e-12).y[:, -1]
+    assert [*s["rate"][-1], s["der(rotor.angle)"][-1]] == pytest.approx(y, abs=1e-9)

@@ -359,3 +359,49 @@ def test_distances_are_those_of_coal(part: str, tmp_path: Path) -> None:
     )
     gaps = mechc.loads(text).ensemble(str(path), keep="final(gap)", errors=False)
     assert np.abs(gaps["final(gap)"] - np.array(found)[apart]).max() < 1e-9
+
+
+CAPSULE = """
+import mech.SPACE.*;
+import mech.contact.*;
+model M
+  gravity {DOWN} m/s^2;
+  Body b(m = 2 kg, J = INERTIA);
+  Free free(world -> b.a, START);
+  CapsuleOnPlane p(world -> b.a, r = 0.1 m, l = 0.6 m, restitution = 0.7);
+  output height = pos(b.a)[size(pos(b.a), 1)];
+  output along = pos(b.a)[1];
+  experiment(stop = 0.5 s, tolerance = 1e-11);
+end M;
+"""
+
+
+@pytest.mark.parametrize("space", ["planar", "spatial"])
+def test_a_capsule_falls_on_one_of_its_ends(space: str) -> None:
+    """Its centre falls freely and it turns evenly until y - l/2 |sin angle| = r; without friction the impulse there,
+    (1 + e) speed/(1/m + arm^2/J), changes both rates."""
+    text = CAPSULE.replace("SPACE", space)
+    plane = space == "planar"
+    for word, value in (
+        ("DOWN", "0, -9.81" if plane else "0, 0, -9.81"),
+        ("INERTIA", "0.05 kg.m^2" if plane else "diag({0.03, 0.05, 0.08}) kg.m^2"),
+        ("START", "x = 0.2 m, y = 1.1 m, angle = 0.4 rad, der(x) = 0.3 m/s, der(angle) = 2 rad/s" if plane else
+         "position = {0.2, 0, 1.1} m, orientation = roty(-0.4 rad), der(position) = {0.3, 0, 0} m/s, der(orientation) = {0, -2, 0} rad/s"),
+    ):  # fmt: skip
+        text = text.replace(word, value)
+    found = mechc.loads(text).simulate(estimate_error=False)
+    hit = float(
+        brentq(lambda t: 1.1 - 4.905 * t * t - 0.3 * abs(math.sin(0.4 + 2 * t)) - 0.1, 0, 0.5, xtol=1e-15)
+    )
+    angle, down = 0.4 + 2 * hit, -9.81 * hit
+    arm = -math.copysign(0.3 * math.cos(angle), math.sin(angle))  # of the lower end
+    push = -1.7 * (down + 2 * arm) / (1 / 2 + arm**2 / 0.05)
+    (event,) = found.events
+    assert event.time == pytest.approx(hit, abs=1e-12) and push > 0
+    rest = 0.5 - hit
+    height = 0.1 + 0.3 * abs(math.sin(angle)) + (down + push / 2) * rest - 4.905 * rest**2
+    turned = angle + (2 + arm * push / 0.05) * rest
+    assert found["height"][-1] == pytest.approx(height, abs=1e-10)
+    assert found["along"][-1] == pytest.approx(0.2 + 0.3 * 0.5, abs=1e-12)
+    if plane:
+        assert found["free.angle"][-1] == pytest.approx(turned, abs=1e-9)

@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 
 import mechc
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.native_motion import native_motion
+from mechc.compiler.targets.fmu.checks import native_motion
 from mechc.runtime.native.build import find_compiler
 
 

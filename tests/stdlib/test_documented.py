@@ -49,6 +49,23 @@ def test_every_part_shows_what_it_states() -> None:
     assert sum("\nIn [" in part for part in parts) > len(parts) / 3
 
 
+def test_every_part_is_tested_here() -> None:
+    """A test of this folder names it, or an example that has it. What contacts of shapes are has a table of its own, in test_contacts_of_shapes.py."""
+    tests = "\n".join(path.read_text(encoding="utf-8") for path in Path(__file__).parent.glob("*.py"))
+    words = set(re.findall(r"\w+", tests))
+    for path in (ROOT / "examples").glob("*.mech"):
+        if f'"{path.stem}"' in tests:
+            words |= set(re.findall(r"\w+", path.read_text(encoding="utf-8")))
+    parts = [
+        item.name
+        for path in FILES
+        for item in parse(read_source(path), Reporter()).items
+        if isinstance(item, ast.Model) and not item.partial and "Meets" not in item.name
+    ]
+    assert len(parts) > 150
+    assert [name for name in parts if name not in words] == []
+
+
 def test_page_is_up_to_date() -> None:
     """docs/library.md is what ``python docs/library.py`` writes."""
     spec = importlib.util.spec_from_file_location("library", ROOT / "docs" / "library.py")

@@ -83,6 +83,32 @@ def test_a_freewheel_takes_along_and_lets_run() -> None:
     assert s["der(a.angle)"][-1] == pytest.approx(1 + (-8 + 0.3) / 2 * 0.5, rel=1e-9)
 
 
+def test_freewheels_between_nodes_without_mass() -> None:
+    """Two dampings of c pass on c/2 of a difference of speeds, but never more than the drag backwards: small steps by hand."""
+    s = mechc.loads("""
+        import mech.rotational.*;
+        model Hub
+          parameter AngularVelocity speed;
+          coordinate Angle drum = 0 rad; kinetic 1/2*2 kg.m^2*der(drum)^2;
+          coordinate Angle a = 0 rad; coordinate Angle b = 0 rad;
+          dissipation 0.25 N.m.s*(der(a) - speed*cos(2*time/(1 s)))^2; damping 0.5 N.m.s on drum - b;
+          OneWayClutch pawl(from = a, to = b, drag = 0.3 N.m);
+        end Hub;
+        model M
+          Hub hub[2](speed = {10, 7} rad/s);
+          experiment(stop = 4 s, tolerance = 1e-11);
+        end M;
+        """).simulate()
+    for i, speed in enumerate((10, 7), 1):
+
+        def torque(t: float, w: float, speed: float = speed) -> float:
+            return max(-0.3, 0.25 * (speed * math.cos(2 * t) - w))
+
+        hand = solve_ivp(lambda t, w: [torque(t, w[0]) / 2], (0, 4), [0.0], rtol=1e-10, atol=1e-12, max_step=2e-3)  # fmt: skip
+        assert s[f"der(hub[{i}].drum)"][-1] == pytest.approx(hand.y[0, -1], rel=1e-7)
+        assert s[f"hub[{i}].pawl.torque"][-1] == pytest.approx(torque(4, hand.y[0, -1]), rel=1e-7)
+
+
 def test_a_shaft_runs_down_in_its_bearing() -> None:
     """J w' = -M - c w comes to rest after J/c log(1 + c w0/M)."""
     s = run("rotational", "Rotor a(J = 2 kg.m^2); BearingFriction f(from = a.angle, coulomb = 3 N.m, viscous = 0.5 N.m.s); initial der(a.angle) = 4 rad/s;", 5)  # fmt: skip

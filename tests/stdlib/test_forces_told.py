@@ -41,6 +41,7 @@ LINES: dict[str, dict[str, tuple[str, tuple[float | None, float]]]] = {
         "Backlash": ("Backlash p(a -> b, k = 30 N.m/rad, c = 0.4 N.m.s);", (1, -1)),
         "Gear": ("Gear p(a -> b, ratio = 2.5);", (-1 / 2.5, 1)),
         "LossyGear": ("LossyGear p(a -> b, ratio = 2.5, efficiency = 0.8, back_efficiency = 0.7);", (None, 1)),
+        "VariableLossGear": ("VariableLossGear p(a -> b, ratio = 2.5, efficiency = 0.8 - 0.1*sin(3 rad/s*time), back_efficiency = 0.7);", (None, 1)),
         "Clutch": ("Clutch p(a -> b, press = 3 N);", (-1, 1)),
         "Brake": ("Brake p(a -> b, press = 3 N);", (1, -1)),
         "OneWayClutch": ("OneWayClutch p(a -> b, drag = 0.2 N.m);", (-1, 1)),
@@ -75,7 +76,7 @@ def test_what_is_told_is_what_acts(package: str, part: str) -> None:
     turns = package == "rotational"
     kind, one, force, inertia = ("Angle", "rad", "N.m", "kg.m^2") if turns else ("Length", "m", "N", "kg")
     text, signs = LINES[package][part]
-    joined = "" if part in ("Gear", "LossyGear", "Rack", "LeadScrew", "SpeedSource") else f" initial a = 0 {one}; initial b = 0.3 {one}; initial der(a) = 0.4 {one}/s;"  # fmt: skip
+    joined = "" if part in ("Gear", "LossyGear", "VariableLossGear", "Rack", "LeadScrew", "SpeedSource") else f" initial a = 0 {one}; initial b = 0.3 {one}; initial der(a) = 0.4 {one}/s;"  # fmt: skip
     s = mechc.loads(
         f"import mech.{package}.*;\nmodel M coordinate {kind} a ~ 0 {one}; coordinate {kind} b ~ 0 {one};\n{joined} kinetic 1/2*2 {inertia}*der(a)^2 + 1/2*3 {inertia}*der(b)^2;\n"
         f" force 0.7 {force}*cos(2 s^-1*time) on a; force -0.2 {force} on b;\n{text}\n output A = der(a, 2); output B = der(b, 2); experiment(stop = 1.5 s, tolerance = 1e-10); end M;"

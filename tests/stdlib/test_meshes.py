@@ -295,10 +295,10 @@ PIECES = {
     "touching, no corner shared": (_beside(_cube(2, 0), _cube(1, 1.5)), 9),
     "inner one outwards": (_beside(_cube(2, 0), _cube(1, 0.25)), "encloses the same place 2 times"),
     "outer one first": (_beside(_cube(1, 0.25), _cube(2, 0)), "encloses the same place 2 times"),
-    "inside out": (_beside(_cube(2, 0), _cube(1, 5, inwards=True)), "faces inwards, and is no hole"),
+    "inside out": (_beside(_cube(2, 0), _cube(1, 5, inwards=True)), "faces inwards, and is not a hole"),
     "in a hole, inwards": (
         _beside(_beside(_cube(4, 0), _cube(2, 0.1, inwards=True)), _cube(1, 0.2, inwards=True)),
-        "faces inwards, and is no hole",
+        "faces inwards, and is not a hole",
     ),
 }
 
@@ -358,13 +358,13 @@ def test_corners_that_turn_inside_out_end_the_run() -> None:
 
 FILES = {
     "none.stl": ("there is no file", None),
-    "a.ply": ("is no STL, OBJ, DAE or GLB file", "ply"),
-    "a.stl": ("is no STL file", "solid nothing"),
+    "a.ply": ("is not an STL, OBJ, DAE or GLB file", "ply"),
+    "a.stl": ("is not an STL file", "solid nothing"),
     "a.obj": ("there is no corner 4", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 4\n"),
-    "b.obj": ("is no corner of a face", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x\n"),
-    "c.obj": ("a corner is no three numbers", "v 0 0\n"),
+    "b.obj": ("is not a corner of a face", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 x\n"),
+    "c.obj": ("a corner is not three numbers", "v 0 0\n"),
     "d.obj": ("holds no triangle", "v 0 0 0\n"),
-    "e.obj": ("is no number", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
+    "e.obj": ("is not a number", "v 0 0 nan\nv 1 0 0\nv 0 1 0\nf 1 2 3\n"),
 }
 
 

@@ -337,3 +337,20 @@ def test_a_car_in_a_steady_turn() -> None:
     found = arms @ loads - aside * weight
     assert found == pytest.approx(-height * weight / 9.81 * s["lateral"][-1] + gyro, rel=1e-2)
     assert abs(found) > 2000 and pushes.sum() / (weight / 9.81) == pytest.approx(s["lateral"][-1], rel=0.02)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_an_arm_falls_about_the_line_of_its_bearings(side: int) -> None:
+    """Two rods of m/2 from the ball joint, h away from that line: m h^2/3 about it."""
+    front, rear, ball = np.array([[0.15, 0.35, 0.2], [-0.2, 0.35, 0.21], [0.01, 0.7, 0.19]]) * [1, side, 1]
+    s = mechc.loads(
+        f"import mech.spatial.*; import mech.suspension.*; model M gravity {{0, 0, -9.81}} m/s^2;"
+        f"Wishbone arm(from = world, side = {side}, m = 3 kg, hinge.angle = 0 rad, der(hinge.angle) = 0 rad/s);"
+        "output Length tip[3] = pos(arm.tip); output falls = der(arm.hinge.angle, 2); experiment(stop = 0 s); end M;"
+    ).simulate(estimate_error=False)
+    line = (rear - front) / np.linalg.norm(rear - front)
+    h = np.linalg.norm(np.cross(line, ball - front))
+    centre = (front + rear + 2 * ball) / 4 - front
+    turning = line @ np.cross(centre, [0, 0, -3 * 9.81]) / (3 * h**2 / 3)
+    assert s["tip"][-1] == pytest.approx(ball, abs=1e-12)
+    assert s["falls"][-1] == pytest.approx(turning, rel=1e-12)

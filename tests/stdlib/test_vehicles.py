@@ -326,6 +326,26 @@ def test_a_wheel_that_hops_and_lands() -> None:
     assert s["free.position[3]"][-1] > 0.3
 
 
+@pytest.mark.parametrize(("spin", "height"), [(60.0, 0.6), (20 / 0.3, 0.6), (40.0, 3.0), (0.0, 0.6)])
+def test_a_wheel_flies_until_it_lands(spin: float, height: float) -> None:
+    """No force of the tyre acts in the air, however it spins; runs ended where its forces of rounding changed their sign."""
+    text = f"""
+        import mech.spatial.*; import mech.tyres.*;
+        gravity {{0, 0, -9.81}} m/s^2; frame slide; frame hub;
+        Body rim(m = 20 kg, J = diag({{0.6, 1.1, 0.6}}) kg.m^2);
+        Prismatic fwd(world -> slide, axis = {{1, 0, 0}}, der(position) = 20 m/s);
+        Prismatic up(slide -> hub, axis = {{0, 0, 1}}, position = {height} m);
+        Revolute axle(hub -> rim.a, axis = {{0, 1, 0}}, der(angle) = {spin!r} rad/s);
+        Tyre tyre(world -> rim.a);
+        experiment(stop = 1 s);
+        """
+    s = mechc.loads(text).simulate()
+    assert s.outcome.value == "completed", s.message
+    flying = s.time < math.sqrt(2 * (height - 0.3) / 9.81)
+    assert s["up.position"][flying] == pytest.approx(height - 9.81 / 2 * s.time[flying] ** 2, abs=1e-9)
+    assert s["der(axle.angle)"][flying] == pytest.approx(spin, abs=1e-9)
+
+
 def test_a_locked_wheel_slides_to_a_stop() -> None:
     """From 10 m/s with its friction at full slip; then it rests on its bent tread."""
     guide = "Translation free(world -> hub, position = {0, 0, 0.3542827} m, der(position) = {10, 0, 0} m/s);"

@@ -26,7 +26,7 @@ from mechc.compiler.graph import Graph, Node, monotone_table
 from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.evaluate import FLOATS, evaluate, multiprecision
 from mechc.compiler.graph.operation import Operation
-from mechc.compiler.targets import library_forms, python_forms
+from mechc.compiler.targets import differentiable, python_forms
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.wasm import operations as wasm_operations
 from mechc.runtime.interface import Quantity
@@ -87,7 +87,7 @@ def missing(row: Operation) -> list[str]:
             f"function '{called}' in the kernels of pages; 'wasm' may be an instruction, and `make kernel` adds functions"
         )
     if row.form is None:
-        for name, forms in (("casadi", library_forms.CASADI), ("jax", library_forms.JAX)):
+        for name, forms in (("casadi", differentiable.CASADI_FORMS), ("jax", differentiable.JAX_FORMS)):
             if row.code in forms.copied and (named is None or named.own is None):
                 lacks(f"own function in Python, which {name}=None would copy")
     if isinstance(row.sympy, str) and not hasattr(sympy, row.sympy or row.name) and not lookup:

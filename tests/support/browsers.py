@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import bisect
 import csv
 import importlib.util
 import io
+import json
 import shutil
+from collections import defaultdict
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -75,21 +78,50 @@ class Opened:
         return self.tab.evaluate(expression, argument)
 
     def set(self, name: str, value: float) -> None:
-        """Move a slider, and wait for the run."""
-        before = self.ask("page.runs")
+        """Move a slider, let it go, and wait for the runs."""
         self.ask(
             "([n, v]) => { const e = document.getElementById('s-' + n); e.value = v;"
             " e.dispatchEvent(new Event('input')); e.dispatchEvent(new Event('change')); }",
             [name, value],
         )
-        self.wait(f"page.runs > {before}")
-        self.tab.wait_for_timeout(150)  # the run that the end of the drag asks for
+        self.wait("page.idle()")
 
     def columns(self) -> dict[str, np.ndarray[Any, Any]]:
         """Return the CSV that the page gives, by name without unit."""
         rows = list(csv.reader(io.StringIO(self.ask("page.csv()"))))
         table = np.array([[float(x) for x in row] for row in rows[1:]])
         return {name.split(" [")[0]: table[:, k] for k, name in enumerate(rows[0])}
+
+
+def traced(browser: Any, opened: Opened, expression: str, argument: Any) -> tuple[Any, dict[str, Any]]:
+    """Return the answer of a script that sets marks 'move', and what was spent between them (``per_move``)."""
+    browser.start_tracing(
+        page=opened.tab, categories=["toplevel", "blink.user_timing", "devtools.timeline", "__metadata"]
+    )
+    answer = opened.ask(expression, argument)
+    return answer, per_move(json.loads(browser.stop_tracing())["traceEvents"])
+
+
+def per_move(events: list[dict[str, Any]]) -> dict[str, np.ndarray[Any, Any]]:
+    """Return milliseconds of processor time between the marks: scripts of page and worker, and the rest of the page's thread."""
+    threads = {(e["pid"], e["tid"]): e["args"]["name"] for e in events if e.get("name") == "thread_name"}
+    edges = sorted(e["ts"] for e in events if e.get("name") == "move" and e.get("ph") in ("R", "I", "i"))
+    found: dict[str, Any] = defaultdict(lambda: np.zeros(len(edges) - 1))
+    for (pid, tid), thread in threads.items():
+        if thread not in ("CrRendererMain", "DedicatedWorker thread"):
+            continue
+        own = [e for e in events if (e["pid"], e["tid"], e.get("ph")) == (pid, tid, "X") and "tdur" in e]
+        ends = 0.0
+        for e in sorted((e for e in own if e["name"] == "FunctionCall"), key=lambda e: e["ts"]):
+            move = bisect.bisect_right(edges, e["ts"]) - 1
+            if e["ts"] >= ends and 0 <= move < len(edges) - 1:  # of calls within each other the outer one
+                ends = e["ts"] + e["dur"]
+                found["page" if thread == "CrRendererMain" else "worker"][move] += e["tdur"] / 1000
+        for e in own:
+            move = bisect.bisect_right(edges, e["ts"]) - 1
+            if e["name"].endswith("RunTask") and thread == "CrRendererMain" and 0 <= move < len(edges) - 1:
+                found["thread of the page"][move] += e["tdur"] / 1000
+    return found
 
 
 def off(opened: Opened, solution: mechc.Solution, until: float = np.inf) -> float:

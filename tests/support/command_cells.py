@@ -215,6 +215,7 @@ OWN: dict[tuple[str, str], Words] = {
     ("study rainflow", "--least"): ("--least", "0.1"),
     ("study dimensions", "--among"): ("--among", "PARAMETER"),
     ("study diagram", "--at"): ("--at", "minima"),
+    ("study diagram", "--starts"): ("--starts", "COORDINATE = {0.1, 0.2}"),
     ("study field", "--vary"): ("--vary", "COORDINATE"),
     ("study steady", "--vary"): ("--vary", "COORDINATE"),
     ("study portrait", "--over"): ("--over", "COORDINATE = -1 .. 1"),

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from mechc.compiler.compilation import Compilation
-from mechc.compiler.equations.rows.defaults import default_values
 from mechc.compiler.graph import Node
 from mechc.compiler.graph.evaluate import evaluate
+from mechc.compiler.mechanics.defaults import default_values
 from mechc.compiler.pipeline import compile_source
 from mechc.lang.source import SourceFile
 

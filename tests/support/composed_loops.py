@@ -306,7 +306,7 @@ def forces_at_rest(loop: Loop) -> tuple[list[Array], float]:
         speeds = slice(int(starts[j + 1]), int(starts[j + 2]))
         matrix[wrench, speeds] = -twists.T
         matrix[speeds, wrench] = twists
-    if loop.size == 2:  # what leaves the plane is no unknown
+    if loop.size == 2:  # what leaves the plane is not an unknown
         kept = [k for k in range(size) if k >= 6 * (bodies + joints) or k % 6 in (0, 1, 5)]
         matrix, right = matrix[np.ix_(kept, kept)], right[kept]
     else:

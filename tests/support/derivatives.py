@@ -7,7 +7,7 @@ from msgspec.structs import replace
 
 from mechc.runtime.case import SimulationOptions, inputs_at
 from mechc.runtime.integrate.kernel_run import run_kernel
-from mechc.runtime.integrate.solver_options import SolverOptions
+from mechc.runtime.integrate.solver import SolverOptions
 from mechc.runtime.problem import Array, Problem
 from mechc.runtime.studies.runs.simulate import Plan, plan_run
 

@@ -471,7 +471,6 @@ def hard_wall() -> Ends:
     TorqueSource pull(from = motor.angle, torque = 1 N.m);
     experiment(stop = 4 s);
     """,
-    refused="python",
 )
 def gear_train() -> Ends:
     """On the mill: J = 1e10 + 1e-4 1e14 + 1e-10 1e20 = 3e10, M = 1e10."""

@@ -123,7 +123,7 @@ class Motions:
         constant = sum(x * p for x, p in zip(xi, momenta, strict=True)) - tau * energy - gain
         told = read(conserved)
         for left, what in (
-            (pieces, "is no symmetry"),
+            (pieces, "is not a symmetry"),
             ([constant, -told], "is not its constant"),
             ([constant, told], ""),
         ):
@@ -132,8 +132,8 @@ class Motions:
                 [[float(sympy.lambdify(STATE, piece, "numpy")(*place)) for piece in left] for place in at]
             )
             off, allowed = np.abs(found.sum(axis=1)), 4 * DIGITS * np.abs(found).sum(axis=1) + 1e-12
-            if what == "is no symmetry" and (off > allowed).any():
+            if what == "is not a symmetry" and (off > allowed).any():
                 return f"{what}, {off.max():.1e} of {np.abs(found).sum(axis=1).max():.1e}: {generator}"
-            if what != "is no symmetry" and (off <= allowed).all():
+            if what != "is not a symmetry" and (off <= allowed).all():
                 return ""
         return f"is not the generator of {conserved}: {generator}"

@@ -10,7 +10,9 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from modelica_losses import losses
 from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
 
 G = 9.81
 Vector = np.ndarray[Any, Any]
@@ -432,6 +434,57 @@ def orbits(times: Sequence[float]) -> dict[str, Any]:
     return found
 
 
+def grounded(times: Sequence[float], force: Callable[[float], float], preload: bool) -> dict[str, Any]:
+    """A force F on a mass of 0.1 kg, which a gear or lever of 1.6 on a soft support joins to one of 7 kg."""
+
+    def first(q: Any) -> Any:
+        return 1.6 * q[0] - 0.6 * q[1]
+
+    y = motion(
+        lambda q: [np.sqrt(0.1) * first(q), np.sqrt(7) * q[0]],
+        lambda q: 400 * q[1] ** 2 + preload * 80 * (q[0] + 0.1) ** 2,
+        [0, 0],
+        [0, 0],
+        times,
+        lambda t, q, v, z: (
+            force(t) * np.array([1.6, -0.6]) - np.array([10 * preload * v[0], 50 * v[1]]),
+            z,
+        ),
+    )
+    return {"mass1.s": first(y), "mass2.s": y[0], "support": y[1]}
+
+
+def freewheel(times: Sequence[float]) -> dict[str, Any]:
+    """A shaft turns with w = 5 sin(10 pi t) as long as that needs a torque w' + 5 w > 0, and then with exp(-5 t), until it is caught."""
+    rate = 10 * np.pi
+
+    def driven(t: float) -> float:
+        return float(5 * np.sin(rate * t))
+
+    angle = 0.0
+    caught, turns, speeds = 0.0, {}, {}
+    while caught < times[-1]:
+        free = (np.pi - np.arctan(2 * np.pi)) / rate + 0.2 * np.floor(rate * caught / (2 * np.pi) + 0.25)
+        left = driven(free)
+        again = brentq(lambda t, a=free, w=left: driven(t) - w * np.exp(-5 * (t - a)), free + 0.1, free + 0.2)
+
+        def way(t: float, begin: float = caught) -> float:
+            return float(5 / rate * (np.cos(rate * begin) - np.cos(rate * t)))
+
+        for t in times:
+            if caught <= t < free:
+                turns[t], speeds[t] = angle + way(t), driven(t)
+            elif free <= t < again:
+                fallen = np.exp(-5 * (t - free))
+                turns[t], speeds[t] = angle + way(free) + left / 5 * (1 - fallen), left * fallen
+        angle += way(free) + left / 5 * (1 - np.exp(-5 * (again - free)))
+        caught = again
+    return {
+        "inertia2.phi": np.array([turns[t] for t in times]),
+        "inertia2.w": np.array([speeds[t] for t in times]),
+    }
+
+
 SYSTEMS: dict[str, tuple[float, Callable[[Sequence[float]], dict[str, Any]]]] = {
     "PlanarMechanics.Pendulum": (3, pendulum),
     "PlanarMechanics.PendulumExcited": (3, lambda times: pendulum(times, excited=True)),
@@ -463,6 +516,16 @@ SYSTEMS: dict[str, tuple[float, Callable[[Sequence[float]], dict[str, Any]]]] = 
     "Rotational.CompareBrakingTorque": (5, braked),
     "Translational.CompareBrakingForce": (5, braked),
     "PlanarMechanics.WheelBasedCraneCrab": (4.5, wheel),
+    "Translational.GearGrounded": (
+        3,
+        lambda times: grounded(times, lambda t: 10 + 10 * np.clip((t - 0.3) / 0.6, 0, 1), True),
+    ),
+    "Translational.LeverGrounded": (
+        1,
+        lambda times: grounded(times, lambda t: 10 * np.sin(10 * np.pi * t), False),
+    ),
+    "Rotational.DemoFreeWheel": (1, freewheel),
+    "Rotational.HeatLosses": (1, losses),
 }
 """How long each of them runs, and what gives its reference."""
 

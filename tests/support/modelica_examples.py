@@ -1,7 +1,7 @@
 """Examples of Modelica's mechanical libraries beside what others computed of them.
 
 Rows of the Modelica Standard Library are short extracts of the reference results that its makers publish; the others are
-compared with ``modelica_computed``. ``WAITING`` names the examples that are not written, and what they wait for.
+compared with ``modelica_computed``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def disagreement(example: Example, rows: Mapping[str, Any], tolerance: float = 1
     """Run an example and return how far each quantity is from ``rows``, as a share of its largest value there."""
     times = rows["time"]
     solution = mechc.load(example.path).simulate(
-        stop=float(times[-1]), tolerance=tolerance, estimate_error=False
+        stop=float(times[-1]), tolerance=tolerance, estimate_error=False, inputs=example.inputs()
     )
     found = {}
     for name, formula in example.reads.items():
@@ -48,15 +48,8 @@ def disagreement(example: Example, rows: Mapping[str, Any], tolerance: float = 1
     return found
 
 
-WAITING = {
-    "Rotational.HeatLosses": "a reference that can be had, and efficiencies of gears in a table over the speed",
-    "Blocks.Noise.ActuatorWithNoise": "the random numbers of Modelica's own generator; ours repeat as well, and are others",
-}
-"""Of the mechanical examples of these libraries all that are not in the table."""
-
-
 def rows(measure: bool = False) -> list[tuple[str, str, str]]:
-    """Return what a page says: the name, how far it agrees (or ""), what it waits for or what is to be said.
+    """Return what a page says: the name, how far it agrees (or ""), what is to be said.
 
     Agreement is measured again if ``measure`` is true, which runs every example.
     """
@@ -67,4 +60,4 @@ def rows(measure: bool = False) -> list[tuple[str, str, str]]:
             theirs = computed_reference(example.name) if example.source == COMPUTED else reference(example)
             agreement = f"{max(disagreement(example, theirs).values()):.0e}"
         said.append((example.name, agreement, example.note))
-    return said + [(name, "", f"waits for {what}") for name, what in WAITING.items()]
+    return said

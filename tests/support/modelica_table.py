@@ -2,14 +2,16 @@
 
 Each row has the name in the library, the file here, which quantity of the reference is which of ours, and where the reference
 ends to be one. The numbers of the models are those of github.com/modelica/ModelicaStandardLibrary, version 4.0.0 (4.1.0 of
-CompareBraking...), and of github.com/dzimmer/PlanarMechanics, cde02c4; the words are our own.
+CompareBraking... and ActuatorWithNoise; of the master branch GearGrounded, 21395bb, LeverGrounded, ac8fc82, and DemoFreeWheel, 72192fa), and of github.com/dzimmer/PlanarMechanics, cde02c4; the words are our own.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from modelica_noise import uniform
 
 FOLDER = Path(__file__).resolve().parents[1] / "foreign" / "modelica"
 PUBLISHED = "github.com/modelica/MAP-LIB_ReferenceResults, d6a2b9b (Dymola 2020x, tolerance 1e-6)"
@@ -17,7 +19,7 @@ COMPUTED = "SciPy: the same system by other equations"
 
 
 class Example(NamedTuple):
-    """One row of the table; ``until`` is where the reference is off by more than it may, for a reason that ``note`` gives."""
+    """One row of the table; ``until`` is where the reference is off by more than it may, for a reason that ``note`` gives; ``inputs`` gives tables of inputs."""
 
     name: str
     reads: Mapping[str, str]
@@ -25,6 +27,7 @@ class Example(NamedTuple):
     until: float | None = None
     note: str = ""
     computed: bool = False
+    inputs: Callable[[], Mapping[str, Any]] = dict
 
     @property
     def path(self) -> Path:
@@ -208,6 +211,13 @@ TRANSLATIONAL = (
     Example("Translational.WhyArrows", {**slide("mass1", "one.s"), **slide("inertia2", "two.s")}),
 )
 
+
+def measured_noise() -> Mapping[str, Any]:
+    """Return the noise of a sensor that is read 200 times a second."""
+    numbers = uniform(1601, -0.01, 0.01, "ActuatorWithNoise.motor.uniformNoise")
+    return {"noise": ([k / 200 for k in range(len(numbers))], numbers)}
+
+
 INVERSE = "the inverse of the lag is written out, u = y + T y'; the original lets a solver exchange its input and its output"
 BLOCKS = (
     Example(
@@ -218,6 +228,23 @@ BLOCKS = (
             "integrator.y": "set_",
             "spring.phi_rel": "twist",
         },
+    ),
+    Example(
+        "Blocks.Noise.ActuatorWithNoise",
+        {
+            "controller.busdelay.y": "bus.y",
+            "controller.speed_PI.x": "speed_x",
+            "controller.positionToSpeed.x": "rate.lagging",
+            "controller.position_PI.x": "place_x",
+            "gearbox.phi_rel": "twist",
+            "slewRateLimiter.y": "target.y",
+            "rodMass.s": "rod.s",
+            "rodMass.v": "der(rod.s)",
+            "elastoGap.s_rel": "gap",
+        },
+        inputs=measured_noise,
+        note="the noise is an input; Modelica's generator, written again in `modelica_noise`, gives its table. The rows are those of "
+        "version 4.1.0 (6db6c50, Dymola 2023x): those before had another hash of the name, and so other numbers",
     ),
     Example("Blocks.InverseModel", {"firstOrder1.y": "filter.y", "firstOrder2.y": "again.y"}, note=INVERSE),
 )
@@ -457,6 +484,42 @@ BRAKES = tuple(
 )
 
 
+LATER = (
+    *(
+        Example(
+            f"Translational.{name}",
+            {"mass1.s": "fast.s", "mass2.s": "slow.s", "support": node},
+            computed=True,
+        )
+        for name, node in (("GearGrounded", "support.s"), ("LeverGrounded", "pivot.s"))
+    ),
+    Example(
+        "Rotational.DemoFreeWheel",
+        {**turn("inertia2", "outer")},
+        computed=True,
+        note="an ideal freewheel; the original's slips by 1e-5 rad/s for each N.m, at most 1.6e-3 rad/s of 5",
+    ),
+    Example(
+        "Rotational.HeatLosses",
+        {
+            "damper.phi_rel": "one.angle",
+            "springDamper.phi_rel": "two.angle - one.angle",
+            "springDamper.w_rel": "twisting",
+            "elastoBacklash.phi_rel": "three.angle - two.angle",
+            "clutch.phi_rel": "slip",
+            "clutch.w_rel": "slipping",
+            "inertia5.phi": "five.angle",
+            "inertia5.w": "der(five.angle)",
+            "oneWayClutch.phi_rel": "ahead",
+            "oneWayClutch.w_rel": "leaving",
+            "heat": "energy.dissipated",
+        },
+        computed=True,
+        note="the file of its published rows, of several megabytes, was not to be had; the heat of all parts is compared, too",
+    ),
+)
+
+
 STARTS = (
     Example(
         "MultiBody.Elementary.InitSpringConstant",
@@ -484,4 +547,5 @@ EXAMPLES = (
     *within("PlanarMechanics", PLANAR, computed=True),
     *BRAKES,
     *STARTS,
+    *LATER,
 )

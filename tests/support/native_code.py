@@ -16,7 +16,8 @@ from random_models.python_functions import load_python
 
 import mechc.runtime
 from mechc.compiler.equations.model import Equations
-from mechc.compiler.program import Program, lower, verify
+from mechc.compiler.program import Program, lower
+from mechc.compiler.program.verify import verify
 from mechc.compiler.targets.c import emit_c
 from mechc.compiler.targets.model_data import MODEL_FUNCTIONS
 from mechc.runtime.native.build import model_flags
@@ -95,6 +96,8 @@ class NativeModel:
         function = self.program.function(name)
         assert function is not None
         out = np.full(function.n_out, 777.0)
+        if name in self.program.actions:
+            out[: y.size + z.size] = np.concatenate([y, z])
         pointer = ctypes.c_void_p
         prototype = ctypes.CFUNCTYPE(None, ctypes.c_double, *[pointer] * 5)
         prototype(self._address(name))(t, *(a.ctypes.data for a in (y, u, z, p, out)))

@@ -1,30 +1,27 @@
-"""From what a model says of its curve to the functions that find it: integrands, conditions, and their derivatives."""
+"""From what a model says of its curve to the functions that find it: integrands, conditions, their derivatives, experiments."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.units import unit_of
 from mechc.runtime import interface
-from mechc.runtime.interface import AssertionEntry, CurveRow, Quantity
+from mechc.runtime.interface import AssertionEntry, CurveRow, Experiment, Quantity, Setting
 
-from ...flat.model import Kind
+from ...flat.model import Kind, Literal
 from ...graph import Graph, Node
 from ...graph.differentiate import gradient, jacobian
 from ...graph.evaluate import evaluate
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
-from ..model import EXCHANGED, Equations, Function, Slot
-from ..quantities import origin, quantity
+from ..model import EXCHANGED, Equations, Function, Slot, origin, quantity
 from ..reported.entries import parameter_rules
 from .conditions import Conditions, conditions_of
-from .experiments import curve_experiments
 from .first_integrals import answered, first_integrals
-from .forms import Forms, forms_of, independent, kinks
-from .homogeneous import over_a_parameter
+from .forms import Forms, forms_of, independent, kinks, over_a_parameter
 
 Pattern = tuple[tuple[int, int], ...]
 
@@ -97,9 +94,9 @@ def assemble_curve(
     if bends:
         reporter.warning(
             "W0564",
-            "what is stationary bends where the curve decides, which the method meets by small elements only",
+            "what is stationary has a kink whose place depends on the curve; only small elements resolve it",
             curve.origin.shown,
-            help="take as independent variable the one that the choice is made by",
+            help="take as independent variable the quantity that decides where the kink is",
         )
     gradients, gradient_pattern = _first(graph, integrands, columns)
     curvature, curvature_pattern = _second(graph, density, columns)
@@ -368,3 +365,63 @@ def _number_rows(curve: Curve, found: Conditions) -> tuple[CurveRow, ...]:
         )
         rows.append(CurveRow(w.name, kind, w.unit, False, origin(w.origin.shown)))
     return tuple(rows)
+
+
+def curve_experiments(
+    system: MechanicalSystem, layout: Mapping[Node, Slot], forms: Forms, reporter: Reporter
+) -> tuple[tuple[Experiment, ...], tuple[Function, ...]]:
+    """Return a plan and a function of (s, p) for each experiment."""
+    plans, functions = [], []
+    lowering, graph = system.lowering, system.graph
+    scalars = [*system.symbols.parameters, *system.q]
+    for number, experiment in enumerate(system.model.experiments):
+        words = {
+            name: str(e.value)
+            for name, e in experiment.options.items()
+            if isinstance(e, Literal) and isinstance(e.value, str)
+        }
+        numeric = {n: e for n, e in experiment.options.items() if n not in words}
+        outputs: list[Node] = [lowering.scalar(e) for e in numeric.values()]
+        targets: list[Setting] = []
+        for setting in experiment.settings:
+            found = [
+                layout[s.node]
+                for s in scalars
+                if s.variable.name == setting.target and s.indices[: len(setting.indices)] == setting.indices
+            ]
+            if setting.rate or (not setting.guess and any(slot.array != "p" for slot in found)):
+                reporter.error(
+                    "E0553",
+                    f"'{setting.target}' is a curve: an experiment can give another guess of it",
+                    setting.origin.span,
+                    help=f"write '{setting.target} ~ ..'",
+                )
+                continue
+            values = lowering.numbers(setting.value)
+            values = values * len(found) if len(values) == 1 else values
+            for slot, value in zip(found, values, strict=True):
+                targets.append(Setting(slot.array, slot.index, setting.guess))
+                outputs.append(value)
+        sweeps = []
+        for sweep in experiment.sweeps:
+            if sweep.structural:
+                continue
+            slots = [
+                layout[s.node]
+                for s in system.symbols.parameters
+                if s.variable.name == sweep.target and s.indices[: len(sweep.indices)] == sweep.indices
+            ]
+            if not slots:
+                reporter.error("E0820", f"'{sweep.target}' cannot be swept", sweep.origin.span)
+                continue
+            constants = tuple(evaluate(graph, [lowering.scalar(v) for v in sweep.values], {}))
+            sweeps.append((Setting(slots[0].array, slots[0].index, False), constants))
+        name = f"experiment_{number}"
+        plans.append(
+            Experiment(
+                experiment.name, experiment.doc, name, tuple(numeric), words, tuple(targets), tuple(sweeps)
+            )
+        )
+        title = f"experiment '{experiment.name}'" if experiment.name else "the default experiment"
+        functions.append(Function(name, f"options and settings of {title}", tuple(forms.of_guess(outputs))))
+    return tuple(plans), tuple(functions)

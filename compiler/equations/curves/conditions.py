@@ -16,7 +16,7 @@ from ...graph.differentiate import gradient
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.system import Curve, CurveRows, MechanicalSystem, WholeNumber
-from ..quantities import origin
+from ..model import origin
 from .forms import Forms
 
 TRIES = 6
@@ -190,7 +190,7 @@ def _deciding(
     return [w for w in numbers if w in found]
 
 
-# ---------------------------------------------------------------- what is no condition
+# ---------------------------------------------------------------- what is not a condition
 
 
 def _check_ends(
@@ -263,7 +263,7 @@ def _check_moving(
                 "E0560",
                 f"nothing that is stationary depends on '{scalar.name}'",
                 scalar.variable.origin.shown,
-                caption="any curve of it would do",
+                caption="any curve would satisfy the problem",
                 help="it belongs in an integral that is stationary, or into a constraint",
             )
     moving = {n.symbol for n in curve.numbers} | {s.node for s in curve.unknown}

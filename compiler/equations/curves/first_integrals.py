@@ -14,8 +14,7 @@ from ...graph.rewrite import substitute
 from ...mechanics.energies import momenta_of, total_energy
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
 from .conditions import Conditions, asked
-from .forms import Forms
-from .homogeneous import over_a_parameter
+from .forms import Forms, over_a_parameter
 
 
 def density(system: MechanicalSystem, found: Conditions) -> Node:

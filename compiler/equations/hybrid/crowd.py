@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence, Set
 from collections.abc import Set as AbstractSet
 from functools import partial
 
@@ -13,21 +13,18 @@ from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import Quantity
 
 from ...flat.model import ContactFamily, Unlike
-from ...graph import Node
+from ...graph import Graph, Node
 from ...graph.differentiate import jacobian
-from ...graph.operations import ABS, ATAN2, CONST, LOOKUP, POW, SYMBOL
+from ...graph.operations import ABS, ADD, ATAN2, CONST, COS, LOOKUP, MUL, NEG, POW, SIN, SQRT, SUB, SYMBOL
 from ...graph.rewrite import substitute
 from ...mechanics.families import FamilyRows, Read
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..crowd_plan import CrowdColumns, CrowdKind, CrowdLine, CrowdPlan
-from ..model import Function, Slot
-from ..quantities import quantity
+from ..model import Function, Slot, quantity
 from ..reported.entries import Layout
 from ..rows.crowd import CrowdMember
 from ..rows.residual import constraint_rates
-from ..solve.impulses import velocity_jumps
-from ..solve.solved import Solved
-from .reach import reach
+from ..solve.solved import Solved, velocity_jumps
 
 PUSH = "crowd_push"
 """The function of what generalised impulses do to the velocities."""
@@ -436,3 +433,70 @@ def refused(reporter: Reporter, rows: ConstraintRows, what: str) -> Exception:
         caption="of more than 64 rows the forces are found by numbers",
         help="there gaps are functions of coordinates, rates, parameters, discrete variables and time",
     )
+
+
+Bounds = dict[int, Node]
+
+
+def reach(graph: Graph, gap: Node, places: Mapping[Node, int], constant: Set[Node]) -> Bounds | None:
+    """Return bounds of |d gap/dq| by the places of coordinates; None where none is known that holds everywhere.
+
+    ``places``: of coordinates whose rate is a velocity; ``constant``: symbols that do not change. A distance
+    norm({a, b}) changes no faster than a and b do.
+    """
+    known: dict[Node, Bounds | None] = {}
+    for n in graph.reach([gap]):
+        known[n] = _bounds(graph, n, places, constant, known)
+    return known[gap]
+
+
+def _bounds(
+    graph: Graph,
+    n: Node,
+    places: Mapping[Node, int],
+    constant: Set[Node],
+    known: Mapping[Node, Bounds | None],
+) -> Bounds | None:
+    code, args = graph.op(n), graph.args(n)
+    if code == CONST or n in constant:
+        return {}
+    if code == SYMBOL:
+        return {places[n]: graph.one} if n in places else None
+    parts = [known[a] for a in args]
+    if all(part == {} for part in parts):
+        return {}
+    if code in (ADD, SUB, NEG, SIN, COS):
+        return _sum(graph, parts)
+    if code == MUL:
+        factor, of = (args[0], parts[1]) if parts[0] == {} else (args[1], parts[0])
+        if of is not None and {} in parts:
+            return {k: graph.mul(graph.abs(factor), bound) for k, bound in of.items()}
+    return _norm(graph, args[0], known) if code == SQRT else None
+
+
+def _sum(graph: Graph, parts: list[Bounds | None]) -> Bounds | None:
+    total: Bounds = {}
+    for part in parts:
+        if part is None:
+            return None
+        for k, bound in part.items():
+            total[k] = graph.add(total.get(k, graph.zero), bound)
+    return total
+
+
+def _norm(graph: Graph, of: Node, known: Mapping[Node, Bounds | None]) -> Bounds | None:
+    """Return the bounds of a root of a sum of squares: those of the vector."""
+    squares: Bounds = {}
+    waiting = [of]
+    while waiting:
+        n = waiting.pop()
+        args = graph.args(n)
+        if graph.op(n) == ADD:
+            waiting += args
+            continue
+        part = known[args[0]] if graph.op(n) == MUL and args[0] == args[1] else None
+        if part is None:
+            return None
+        for k, bound in part.items():
+            squares[k] = graph.add(squares.get(k, graph.zero), graph.mul(bound, bound))
+    return {k: graph.sqrt(square) for k, square in squares.items()}

@@ -13,8 +13,7 @@ from ...graph import Node
 from ...graph.rewrite import substitute
 from ...mechanics.meaning.delays import Delayed
 from ...mechanics.system import MechanicalSystem
-from ..model import DelayPlan, Function, Slot
-from ..quantities import origin
+from ..model import DelayPlan, Function, Slot, origin
 from ..solve.solved import Solved
 
 ORDER = "yuzt"

@@ -60,9 +60,9 @@ def energy_steps(
             if graph.is_constant(jump):
                 reporter.error(
                     "E0716",
-                    "the potential energy jumps where velocities or time say so",
+                    "the potential energy jumps with velocity or time",
                     _span(system, "potential") or _span(system, "lagrangian"),
-                    caption="only a jump at a place in space has a direction for its impulse",
+                    caption="an impulse has a direction only where the energy jumps at a place in space",
                 )
             continue
         if not system.unknown_rates.keys().isdisjoint(graph.support(rate)):

@@ -11,8 +11,7 @@ from ...graph import Node
 from ...graph.rewrite import substitute
 from ...mechanics.modes import BranchRow, CheckAction, EndAction
 from ...mechanics.system import MechanicalSystem
-from ..model import BranchPlan, HybridPlan, RowPlan, SharePlan
-from ..quantities import origin
+from ..model import BranchPlan, HybridPlan, RowPlan, SharePlan, origin
 from ..rows.constraints import Row
 from ..solve.shares import Share
 from ..solve.solved import Solved

@@ -1,14 +1,22 @@
-"""Relations of moving quantities as switches: frozen between events, with an indicator each.
+"""Relations between moving quantities as switches: constant between events, each with an event indicator.
 
 A relation a < b of a formula that depends on the state, inputs or time becomes a number s in z, 1 where it holds, and
-the indicator g = a - b; s changes only at events. Where g is affine in time alone, the event is at a known time. A
-relation of parameters and discrete variables alone stays as it is: these change at events only, and so do numbers that
-merely jump. Whole parts of moving quantities are switches of the same kind (stairs.py).
+the indicator g = a - b; s changes only at events. Where g is an affine function of time alone, the time of the event is
+known. A relation of parameters and discrete variables alone stays as it is: these change at events only, and so do piecewise
+constant numbers. Integer parts of moving quantities are switches of the same kind.
+
+The integer part of x is constant between events, which occur where x is an integer. As steps end at every integer,
+one bit identifies the interval around x: whether its lower end is odd. That bit is the switch; the integer part
+follows from it and from x, and stays the same for half a unit beyond either end, so that it does not matter on which side
+of an integer rounding leaves x.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -16,10 +24,10 @@ from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jvp, vjp
 from ...graph.rewrite import substitute
-from ...graph.show import short_formula
 from ...mechanics.system import MechanicalSystem
-from ..rows.signs import Side
-from .whole_parts import evenness, frozen, stair
+
+if TYPE_CHECKING:
+    from ..rows.signs import Side
 
 UNSEEN = ops.JUMPING | {ops.SELECT}
 """Operations that a derivative does not see jump."""
@@ -131,7 +139,8 @@ def find_switches(
         symbol = made.get((a, b))
         if symbol is None:
             symbol = made[a, b] = graph.symbol(f"switch({len(made) + 1})")
-            g, text = graph.sub(a, b), _text(graph, below, above) or f"comparison {len(made)}"
+            g, text = graph.sub(a, b), system.lowering.leading.get(relation) or _text(graph, below, above)
+            text = text or f"comparison {len(made)}"
             crossing = _crossing(system, g, support - fixed <= {time})
             if crossing is not None:
                 timed.append(TimeSwitch(symbol, crossing[0], crossing[1], text))
@@ -150,6 +159,8 @@ def find_switches(
 
 def _text(graph: Graph, below: Node, above: Node) -> str | None:
     """Return a comparison as people would write it, None where it is long."""
+    from ...graph.show import short_formula
+
     longest = 40
     left, right = (short_formula(graph, n, longest) for n in (below, above))
     return f"{left} < {right}" if left and right else None
@@ -250,3 +261,36 @@ def _crossing(system: MechanicalSystem, g: Node, of_time: bool) -> tuple[Node, i
         return None
     (start,) = substitute(graph, [g], {time: graph.zero})
     return graph.neg(graph.div(start, slope)), int(graph.value(slope) < 0)
+
+
+EARLY = Fraction(1, 10**14)
+"""A whole number counts as reached by this much before, so that one that is met exactly is reached."""
+
+
+def stair(graph: Graph, n: Node) -> Node | None:
+    """Return x where ``n`` jumps with the whole part of x: floor(x), or the rest of a division."""
+    match graph.op(n):
+        case ops.FLOOR:
+            return graph.args(n)[0]
+        case ops.MODULO:
+            return graph.div(*graph.args(n))
+        case _:
+            return None
+
+
+def evenness(graph: Graph, x: Node) -> Node:
+    """Return a smooth formula that is not negative where the whole part of x is even, and negative where it is odd."""
+    two = graph.constant(2)
+    turn = graph.sub(x, graph.mul(two, graph.floor(graph.div(x, two))))  # exact, however large x is
+    return graph.sin(graph.mul(graph.constant(Fraction(math.pi)), graph.add(turn, graph.constant(EARLY))))
+
+
+def frozen(graph: Graph, n: Node, x: Node, odd: Node) -> Node:
+    """Return ``n`` with the whole part of x that has the parity ``odd``, 0 or 1."""
+    two, shifted = graph.constant(2), graph.sub(x, odd)
+    near = graph.floor(graph.div(graph.add(shifted, graph.half), two))
+    whole = graph.add(odd, graph.mul(two, near))
+    if graph.op(n) == ops.FLOOR:
+        return whole
+    a, b = graph.args(n)
+    return graph.sub(a, graph.mul(b, whole))

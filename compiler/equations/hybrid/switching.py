@@ -13,15 +13,13 @@ from mechc.runtime.interface import Quantity
 from ...graph import Graph, Node
 from ...graph.differentiate import jvp, vjp
 from ...mechanics.system import MechanicalSystem
-from ..model import Function, HybridPlan, Slot, SwitchText
+from ..model import Function, HybridPlan, Slot, SwitchText, quantity
 from ..needs import NEVER
-from ..quantities import quantity
 from ..reported.entries import Layout, booked_by_events
 from ..rows.constraints import Row
 from ..rows.modes import frictions
 from ..solve.energies import carried
-from ..solve.impulses import velocity_jumps
-from ..solve.solved import Solved
+from ..solve.solved import Solved, velocity_jumps
 from .actions import branch_results, check_masses, check_positions
 from .crowd import Crowd
 from .delays import as_at_the_start, delay_plan
@@ -136,7 +134,9 @@ def add_events(
         dissipated=_index(names, "energy.dissipated"),
         supplied=_index(names, "energy.supplied"),
         total=_index([entry.name for entry in outputs], "energy.total"),
-        carried="energy.supplied" in names and bool(rows) and carried(system, solved.energies.total),
+        carried="energy.supplied" in names
+        and bool(rows)
+        and carried(system, solved.energies.total, [row.rate for row in solved.rows]),
         slides=places_of_modes(surfaces, switches.located),
         delays=delays,
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),

@@ -15,8 +15,7 @@ from mechc.runtime.interface import AssemblyRow
 from ...graph import Node
 from ...graph.differentiate import jacobian, jvp
 from ...mechanics.system import InitialRow, MechanicalSystem
-from ..model import Function
-from ..quantities import origin
+from ..model import Function, origin
 from ..rows.constraints import Row
 from ..rows.residual import constraint_rates
 from ..solve.solved import Solved

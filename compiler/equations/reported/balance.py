@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -20,15 +21,15 @@ from mechc.runtime.interface import Quantity
 from ...flat.model import Expression, Joint, Kind, Load
 from ...graph import Node
 from ...graph.vector import Vector, cross, cross_planar, matvec, negate, scale, subtract, transpose_matvec
-from ...mechanics.apart import WORLD, Apart
 from ...mechanics.contacts import switched_names
 from ...mechanics.kinematics.frames import Frame, Point
 from ...mechanics.kinematics.reactions import whole_reaction
 from ...mechanics.system import MechanicalSystem
-from ..model import BALANCE, Function
-from ..quantities import quantity
+from ..model import BALANCE, Function, quantity
 from ..solve.solved import Solved
-from .derived_forces import DerivedForces
+
+if TYPE_CHECKING:
+    from .derived_forces import DerivedForces
 
 NOISE = Fraction(1, 10**6)
 """m/s^2: an acceleration whose force has a size, where all others vanish."""
@@ -95,6 +96,8 @@ class _Laws:
     """The wrenches on each body. ``unknown``: the world, and bodies on which something acts that is not formed here."""
 
     def __init__(self, system: MechanicalSystem, solved: Solved) -> None:
+        from ...mechanics.apart import WORLD, Apart
+
         self.system, self.graph, self.kinematics = system, system.graph, system.kinematics
         self.lowering = system.lowering
         self.apart = Apart(system)
@@ -115,6 +118,8 @@ class _Laws:
         """The bodies after and before each joint."""
         self.apart.see([*self._seen()])
         if system.virtual:
+            from .derived_forces import DerivedForces
+
             with self.apart.lowered():
                 self._hold()
             self._matter()
@@ -186,6 +191,8 @@ class _Laws:
 
     def _matter(self) -> None:
         """Take off the rates of momentum: m a of each mass, and that of the spin of each inertia."""
+        from ...mechanics.apart import WORLD
+
         graph, apart, model = self.graph, self.apart, self.system.model
         for mass in model.masses:
             body = self._holders[id(mass.at)]

@@ -1,4 +1,4 @@
-"""Forces on bodies that are derivatives by their places: of potentials, losses, constraints, and loads on what is no body.
+"""Forces on bodies that are derivatives by their places: of potentials, losses, constraints, and loads on what is not a body.
 
 They are found with the bodies apart (``mechanics/apart.py``), where every formula of places depends on those of the bodies
 themselves.

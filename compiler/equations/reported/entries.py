@@ -18,8 +18,7 @@ from ...mechanics.defaults import default_formulas
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.modes import ImpulseAction, SetAction
 from ...mechanics.system import ConstraintRows, DriveRow, MechanicalSystem
-from ..model import ParameterRule, Slot
-from ..quantities import quantity
+from ..model import ParameterRule, Slot, quantity
 from ..solve.energies import Energies, supplied_at_instants
 
 _TYPES = {Kind.INTEGER: "integer", Kind.BOOLEAN: "boolean"}
@@ -74,10 +73,11 @@ def booked_by_events(system: MechanicalSystem) -> frozenset[str]:
 
 def _bends(system: MechanicalSystem, rows: ConstraintRows) -> bool:
     """Tell whether a constraint turns somewhere on the way, where it takes what the velocity has across it."""
-    graph = system.graph
-    chosen = [n for n in graph.reach(list(rows.residuals)) if graph.op(n) == SELECT]
+    graph, reached = system.graph, system.graph.reach(list(rows.residuals))
+    asked = [graph.args(n)[0] for n in reached if graph.op(n) == SELECT]
+    asked += [n for n in reached if n in system.lowering.tables.points]
     moving = system.symbols.positions | system.symbols.velocities
-    return bool(chosen) and not moving.isdisjoint(graph.support(*(graph.args(n)[0] for n in chosen)))
+    return not moving.isdisjoint(graph.support(*asked))
 
 
 def layout_of(

@@ -8,7 +8,6 @@ from mechc.runtime import interface
 from ...flat.model import Experiment, Kind, Literal, Role, Setting
 from ...graph import Node
 from ...graph.evaluate import evaluate
-from ...mechanics.meaning.quaternions import rotation_quaternion
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import MechanicalSystem
 from ..model import Function
@@ -70,6 +69,8 @@ def _plan(
 def _values(system: MechanicalSystem, setting: Setting) -> tuple[Node, ...]:
     rotations = {c.variable.name for c in system.symbols.coordinates if c.is_rotation}
     if setting.target in rotations and not setting.rate:
+        from ...mechanics.meaning.quaternions import rotation_quaternion
+
         return rotation_quaternion(system.graph, system.lowering, setting.value)
     return system.lowering.numbers(setting.value)
 
@@ -97,7 +98,7 @@ def _why_not(system: MechanicalSystem, name: str, *, rate: bool) -> tuple[str, s
         if all(scalars[k].variable.name != name for k in (row.v if rate else row.q)):
             continue
         if not row.balanced:
-            return "its motion is prescribed", "change what the drive is formed of"
+            return "its motion is prescribed", "change a quantity that the drive depends on"
         return (
             "it has no mass: the balance of forces decides it",
             "set those of the others, or say in the model where it starts: the others follow",

@@ -7,7 +7,8 @@ the coordinates, velocities and parameters; the assembly then solves the rest of
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from math import isfinite
+from enum import IntEnum
+from math import isfinite, sqrt
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -19,12 +20,19 @@ from ...graph.differentiate import jacobian
 from ...graph.elimination.newton import newton
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
-from ...mechanics.defaults import default_formulas
+from ...mechanics.defaults import default_formulas, default_values
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import InitialRow, InitialValue, MechanicalSystem
-from ..rows.defaults import default_values
 from ..solve.solved import Solved
 from .entries import Layout
+
+
+class Factor(IntEnum):
+    """What an unknown is multiplied with in a condition: the smaller, the better it is found from there."""
+
+    NUMBER = 0
+    FORMULA = 1
+    ZERO = 2
 
 
 class StartCondition(Struct, frozen=True):
@@ -82,10 +90,10 @@ def initial_unknowns(
         if scalar.node not in claimed:
             reporter.error(
                 "E0610",
-                f"nothing at the start decides the parameter '{scalar.name}'",
+                f"no initial condition determines the parameter '{scalar.name}'",
                 scalar.variable.origin.shown,
                 caption="its value is a guess",
-                help=f"add one statement about the start for it, as 'initial der(q, 2) = 0;', or write '{scalar.name} = ..'",
+                help=f"add one more initial condition, such as 'initial der(q, 2) = 0;', or write '{scalar.name} = ..'",
             )
     reporter.stop_on_errors()
     if not claimed:
@@ -172,7 +180,8 @@ def _claimed(
     """Return which condition decides each parameter and each state that is found.
 
     Parameters come first, each by the condition on which it weighs most, then each state by its own rate, then coordinates and
-    velocities, then states by what is left: a matching of conditions, in which what has one keeps one (H. W. Kuhn 1955).
+    velocities, then states by what is left, first those that stand there with a number as their factor, and last whatever has the
+    factor zero: a matching of conditions, in which what has one keeps one (H. W. Kuhn 1955).
     """
     if not (guessed or states):
         return {}
@@ -180,13 +189,13 @@ def _claimed(
     supports = [set(graph.support(c.residual)) if c.row.known else set() for c in conditions]
     owner: dict[int, Node] = {}
 
-    def find(node: Node, allowed: Iterable[int], seen: set[int]) -> bool:
-        fit = [k for k in allowed if node in supports[k]]
+    def find(node: Node, allowed: Iterable[int], seen: set[int], most: Factor = Factor.ZERO) -> bool:
+        fit = [k for k in allowed if node in supports[k] and factors.get((node, k), most) <= most]
         for k in sorted(fit, key=owner.__contains__):  # what is free first
             if k in seen:
                 continue
             seen.add(k)
-            if k not in owner or find(owner[k], orders.get(owner[k], every), seen):
+            if k not in owner or find(owner[k], orders.get(owner[k], every), seen, most):
                 owner[k] = node
                 return True
         return False
@@ -195,17 +204,42 @@ def _claimed(
     moving += [system.v[i].node for k, i in enumerate(layout.v_indices, layout.nq) if not starts[k].known]
     every = range(len(conditions))
     orders = _orders(system, conditions, [s.node for s in guessed], moving)
+    factors: dict[tuple[Node, int], Factor] = {}
     for s in guessed:
         find(s.node, orders[s.node], set())
     for s in states:
         rate = system.rate(s.node)
         own = [k for k in every if k not in owner and rate in graph.support(conditions[k].row.residual)]
         find(s.node, own, set())
-    for node in (*moving, *(s.node for s in states)):
-        if node not in owner.values():
-            find(node, every, set())
+    others = [s.node for s in states if s.node not in owner.values()]
+    if others and any(k not in owner for k in every):
+        factors = _factors(system, conditions, [*moving, *others])
+    passes = [(moving, Factor.FORMULA), *((others, f) for f in Factor), (moving, Factor.ZERO)]
+    for nodes, most in passes:
+        for node in nodes:
+            if node not in owner.values():
+                find(node, every, set(), most)
     ours = {s.node for s in (*guessed, *states)}
     return {node: k for k, node in owner.items() if node in ours}
+
+
+def _factors(
+    system: MechanicalSystem, conditions: Sequence[StartCondition], nodes: Sequence[Node]
+) -> dict[tuple[Node, int], Factor]:
+    """Return what each unknown is multiplied with in each condition, with the parameters by default and away from the guesses."""
+    graph = system.graph
+    rows = jacobian(graph, [c.residual for c in conditions], nodes)
+    places = [(nodes[j], k, n) for k, row in enumerate(rows) for j, n in row.items()]
+    try:
+        given = default_values(system)
+        given |= {node: given[node] + sqrt(2 + j) for j, node in enumerate(nodes)}
+        values = evaluate(graph, [n for _, _, n in places], given)
+    except (ArithmeticError, ValueError, KeyError):
+        values = [1.0] * len(places)
+    return {
+        (node, k): Factor.ZERO if x == 0 else Factor.NUMBER if graph.is_constant(n) else Factor.FORMULA
+        for (node, k, n), x in zip(places, values, strict=True)
+    }
 
 
 def _orders(

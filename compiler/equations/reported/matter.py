@@ -8,8 +8,7 @@ from mechc.runtime.interface import Quantity
 
 from ...graph import Node
 from ...mechanics.system import MechanicalSystem
-from ..model import Function
-from ..quantities import quantity
+from ..model import Function, quantity
 from ..solve.solved import Solved
 from .entries import Layout
 

@@ -15,11 +15,10 @@ from ...graph.differentiate import jvp, vjp
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...graph.vector import Vector, add, cross, cross_planar, matvec, scale
+from ...mechanics.defaults import default_values
 from ...mechanics.system import MechanicalSystem
-from ..rows.defaults import default_values
 from ..solve.energies import jumps
-from ..solve.impulses import velocity_jumps
-from ..solve.solved import Solved
+from ..solve.solved import Solved, velocity_jumps
 
 MOST_BODIES = 30
 """Larger systems are not tried: world components of all velocities cost more than the whole compilation."""

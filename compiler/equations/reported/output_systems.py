@@ -11,8 +11,7 @@ from mechc.runtime.interface import Quantity, SoughtOutputs
 from ...graph import Node
 from ...graph.elimination.newton import linearised
 from ...mechanics.system import MechanicalSystem
-from ..model import SOUGHT, Function, Slot
-from ..quantities import quantity
+from ..model import SOUGHT, Function, Slot, quantity
 from ..solve.solved import Solved
 
 

@@ -13,7 +13,7 @@ from mechc.runtime.interface import Quantity
 from ...flat.model import Definition, Kind
 from ...graph import Node
 from ...mechanics.system import MechanicalSystem
-from ..quantities import quantity
+from ..model import quantity
 from ..solve.solved import Solved
 from .entries import Layout, momentum_unit
 from .momenta import conserved_momenta

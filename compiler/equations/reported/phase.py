@@ -19,12 +19,10 @@ from ...graph import Graph, Node
 from ...graph import operations as ops
 from ...graph.differentiate import jacobian, jvp, vjp
 from ...graph.evaluate import evaluate
-from ...graph.to_source import written
 from ...graph.vector import Vector, add, cross, scale
 from ...mechanics.energies import kinetic_energy, potential_energy
 from ...mechanics.system import MechanicalSystem
-from ..model import Function
-from ..quantities import quantity
+from ..model import Function, quantity
 from ..solve.solved import Solved
 from .entries import Layout, momentum_unit
 from .momenta import MOST_BODIES, totals
@@ -70,6 +68,8 @@ class _Found(Struct, frozen=True):
 def phase_functions(system: MechanicalSystem, solved: Solved, layout: Layout, rates: Sequence[Node]) -> Phase:
     """Return the quantities of a model with their rates along the motion and their gradients by coordinates and
     velocities. ``rates``: those of the state, in its order."""
+    from ...graph.to_source import written
+
     graph = system.graph
     names = _names(layout)
     found = [
@@ -126,6 +126,8 @@ def _momenta(
     turning = {first + k for _, first in system.rotations for k in range(3)}
     found = []
     for i in solved.free:
+        from ...graph.to_source import written
+
         momentum, scalar = solved.energies.momenta[i], system.v[i]
         assert momentum is not None, "free velocities have momenta"
         (node,) = solved.resolve([momentum])

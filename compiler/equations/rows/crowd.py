@@ -49,8 +49,8 @@ def set_apart(
             "E0720",
             f"the model has {count + sum(map(derived, system.families))} rows of contacts, friction and constraints that switch, more than {MOST_ROWS}",
             others[0].origin.shown,
-            caption="among so many rows there may be contacts and their friction, but not this one",
-            help="take out contacts of what touches nothing in your motion, leave this one out, or write it as a smooth force",
+            caption="so many rows may only be contacts and their friction, not this one",
+            help="remove contacts between shapes that never touch in your motion, leave this one out, or write it as a smooth force",
         )
     graph = system.graph
     members: list[CrowdMember] = []
@@ -137,7 +137,7 @@ def check_askers(
             raise _unformed(
                 system,
                 members,
-                "a force, or whether a contact is closed, in something that is no output",
+                "a force, or whether a contact is closed, in something that is not an output",
                 reporter,
             )
 

@@ -18,11 +18,10 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Origin
 from ...graph import Graph, Node
 from ...graph.evaluate import evaluate
-from ...mechanics.bodies import carrier
+from ...mechanics.defaults import default_values
 from ...mechanics.kinematics.frames import Frame
 from ...mechanics.kinematics.pose import Translate, rotation_of
 from ...mechanics.system import MechanicalSystem, PointMass, RotaryInertia
-from .defaults import default_values
 
 ROUNDING = 1e-9
 """Relative to the body; moments of thin rods and disks are at the limit."""
@@ -48,6 +47,8 @@ def check_rigid_bodies(system: MechanicalSystem, reporter: Reporter) -> None:
     """Report negative masses and impossible inertias of everything that moves as one."""
     if not system.masses and not system.inertias:
         return
+    from ...mechanics.bodies import carrier
+
     values = default_values(system)
     nodes = {m.mass for m in system.masses}
     nodes |= {x for part in system.inertias for row in part.inertia for x in row}
@@ -196,6 +197,8 @@ def _places(system: MechanicalSystem, body: _Body, values: Mapping[Node, float])
 
 def _place(system: MechanicalSystem, frame: Frame, values: Mapping[Node, float]) -> tuple[Table, Numbers]:
     """Return the axes (rows: of the carrier; columns: of the frame) and the origin of a frame on its carrier."""
+    from ...mechanics.bodies import carrier
+
     graph, top = system.graph, carrier(system, frame)
     axes, origin = [[float(i == j) for j in range(3)] for i in range(3)], (0.0, 0.0, 0.0)
     at = frame

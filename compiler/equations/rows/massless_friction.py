@@ -1,10 +1,10 @@
-"""Dry friction on coordinates without mass: what the balance of forces leaves of Coulomb's law.
+"""Dry friction on coordinates without mass: Coulomb's law in a balance of forces without inertia.
 
-The balance r0(q, v) = c lam decides between sticking and sliding where a damping, or else a spring, answers the force lam of a friction
-along s with c = ds/d(der z).
+The balance r0(q, v) = c lam decides between sticking and sliding where a damper or a spring opposes the friction force lam
+along s, with c = ds/d(der z). A freewheel is a friction whose limit backwards is infinite.
 
-Damped: solved for the rates the slip is s = s0 + d lam with d > 0, so that lam = -clamp(s0/d, -b, a) for the limits a forwards and b
-backwards: a formula. What has no mass begins to slide at the rate zero and stops so.
+Damped: the balance solved for the rates gives the slip s = s0 + d lam with d > 0, so lam = -clamp(s0/d, -b, a) for the limits a forwards and b
+backwards: an explicit formula. Without mass, sliding begins and ends at the rate zero.
 
 Not damped, a single coordinate (Jenkins' element): lam = r0/c is known. While it sticks the slip is zero; while it slides lam = -a, and
 the total derivative of that gives the rate. It begins to slide where lam leaves the limits, and sticks again where its slip turns round;
@@ -22,10 +22,14 @@ from mechc.lang.diagnostics import Reporter
 
 from ...graph import Graph, Node
 from ...graph.differentiate import jacobian
+from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.modes import BranchRow, Mode, Regularized, SetAction
 from ...mechanics.system import AssertionRow, ConstraintRows, DriveRow, MechanicalSystem
 from .residual import constraint_rates
+
+ROUNDING = 1e-12
+"""Share of a limit by which another formula of it may differ."""
 
 EXCEEDED = 1000
 """A force beyond its limit by more than one over this has jumped."""
@@ -44,11 +48,18 @@ class Rub(Struct, frozen=True):
         return self.rows.mode
 
     @property
-    def limits(self) -> tuple[Node, Node]:
-        """Limits of the force against a slip forwards and backwards."""
+    def limits(self) -> tuple[Node, Node | None]:
+        """Limits of the force against a slip forwards and backwards; None is infinite."""
         mode = self.mode
         assert mode.kinetic is not None
+        if mode.kind == "freewheel":
+            return mode.kinetic, None
         return mode.kinetic, mode.backward if mode.backward is not None else mode.kinetic
+
+    @property
+    def formulas(self) -> tuple[Node, ...]:
+        """The limits that are finite."""
+        return tuple(n for n in self.limits if n is not None)
 
 
 class MasslessFriction(Struct):
@@ -65,31 +76,48 @@ def frictions_alone(system: MechanicalSystem, multipliers: Sequence[Sequence[Nod
     found = []
     for rows, symbols in zip(system.constraints, multipliers, strict=True):
         mode = rows.mode
-        if mode is not None and mode.kind == "friction" and not mode.contact and mode.smooth is None:
+        frictional = mode is not None and mode.kind in ("friction", "freewheel")
+        if mode is not None and frictional and not mode.contact and mode.smooth is None:
             (slip,), (lam,) = constraint_rates(system, rows), symbols
             found.append(Rub(rows, slip, lam))
     return found
 
 
-def refuse_laws(system: MechanicalSystem, rub: Rub, rates: Sequence[Node], reporter: Reporter) -> None:
-    """Report a law that the balance of forces of what has no mass does not decide."""
+def refuse_laws(
+    system: MechanicalSystem,
+    rub: Rub,
+    rates: Sequence[Node],
+    places: Sequence[Mapping[Node, float]],
+    found: MasslessFriction,
+    reporter: Reporter,
+) -> None:
+    """Report a law that the balance of forces of what has no mass does not decide.
+
+    A static limit that is another formula, as ``peak*limit``, has to be the limit of sliding at the ``places``, and in every run.
+    """
     mode, graph = rub.mode, system.graph
-    higher = (mode.static, mode.kinetic), (mode.static_backward, mode.backward)
-    if any(static is not None and static != kinetic for static, kinetic in higher):
-        raise _refused(
-            reporter,
-            rub,
-            "it acts on what has no mass, and sticks by a higher limit than it slides with",
-            "without mass it would jump where it begins to slide; leave 'static' out, or give a mass to what it moves",
-        )
+    for static, kinetic in ((mode.static, mode.kinetic), (mode.static_backward, mode.backward)):
+        if static is None or kinetic is None or static == kinetic:
+            continue
+        least = graph.mul(graph.constant(ROUNDING), graph.abs(kinetic))
+        same = graph.logical_not(graph.less(least, graph.abs(graph.sub(static, kinetic))))
+        if not all(evaluate(graph, [same], dict(place))[0] for place in places):
+            raise _refused(
+                reporter,
+                rub,
+                "it acts on a massless coordinate, and its sticking limit exceeds its sliding limit",
+                "without mass, the coordinate would jump when sliding begins; leave 'static' out, or give it a mass",
+            )
+        message = f"the friction '{rub.rows.name}' acts on a massless coordinate, and its sticking limit differs from its sliding limit"
+        found.assertions.append(AssertionRow(same, message, rub.rows.origin))
     known = {*(s.node for s in system.q), *(s.node for s in system.v), system.symbols.time}
     known |= {s.node for group in (system.symbols.parameters, system.symbols.states) for s in group}
     known |= {s.node for group in (system.symbols.inputs, system.symbols.discretes) for s in group}
-    if not (known - set(rates)).issuperset(graph.support(*rub.limits)):
+    if not (known - set(rates)).issuperset(graph.support(*rub.formulas)):
         raise _refused(
             reporter,
             rub,
-            "it acts on what has no mass, and its limit depends on that motion or on a force",
+            "it acts on a massless coordinate, and its limit depends on that motion or on a force",
             "there may be several rates or none that fit: give a mass to what it moves",
         )
 
@@ -107,7 +135,7 @@ def refuse_several(rubs: Sequence[Rub], reporter: Reporter) -> None:
 def _refused(reporter: Reporter, rub: Rub, caption: str, help: str) -> Exception:
     return reporter.fail(
         "E0541",
-        f"the friction '{rub.rows.name}' does not decide the motion of what has no mass",
+        f"the friction '{rub.rows.name}' does not determine the motion of a massless coordinate",
         rub.rows.origin.shown,
         caption=caption,
         help=help,
@@ -147,14 +175,15 @@ def damped(
         (free,) = substitute(graph, [slip], {rub.lam: graph.zero})
         wanted = graph.div(free, row[k])
         forward, backward = rub.limits
-        over = _relation(system, graph.less(forward, wanted))
-        under = _relation(system, graph.less(wanted, graph.neg(backward)))
-        held = graph.select(under, graph.neg(backward), wanted)
-        force = graph.neg(graph.select(over, forward, held))
-        sticks = graph.select(over, graph.zero, graph.select(under, graph.zero, graph.one))
+        limit = f"limit of friction {rub.rows.name}"
+        cases = {_relation(system, graph.less(forward, wanted), limit): graph.neg(forward)}
+        if backward is not None:
+            cases[_relation(system, graph.less(wanted, graph.neg(backward)), limit)] = backward
+        force, sticks = graph.neg(wanted), graph.one
+        for case, most in reversed(cases.items()):
+            force, sticks = graph.select(case, most, force), graph.select(case, graph.zero, sticks)
         law = Regularized(graph.zero, None, "", sticks, force)
         known.modes[rub.rows.name] = replace(rub.mode, smooth=law)
-        cases = {over: graph.neg(forward), under: backward}
         found = [
             replace(d, rates=_by_cases(graph, d.rates, rub.lam, cases, graph.neg(wanted))) for d in found
         ]
@@ -191,13 +220,20 @@ def sprung(
         raise _refused(
             reporter,
             rub,
-            "its slip is no fixed multiple of the rate of this coordinate",
+            "its slip is not a fixed multiple of the rate of this coordinate",
             "let it act on the coordinate itself",
         )
     assert set(by_force) == {0}, "virtual work puts the force of a friction into the rows of what it moves"
     (free,) = substitute(graph, [row], {rub.lam: graph.zero})
     force = graph.neg(graph.div(free, by_force[0]))
     forward, backward = rub.limits
+    if backward is None:
+        raise _refused(
+            reporter,
+            rub,
+            "it is a freewheel on a massless coordinate, and no damping answers it",
+            "let a damping act on this coordinate too, give it a mass, or a large limit in place of 'infinite'",
+        )
     slides = graph.symbol(f"slides({name})")
 
     def sliding(limit: Node, sign: int) -> Node:
@@ -229,9 +265,12 @@ def sprung(
     backwards = substitute(graph, [rub.slip], {rate: behind})[0]
     none = graph.logical_not(graph.logical_or(is_ahead, is_behind))
     both, no = graph.logical_and, graph.logical_not
-    over, under = _less(system, forward, graph.neg(force)), _less(system, backward, force)
+    limit, slip = f"limit of friction {name}", f"slip of friction {name}"
+    over = _relation(system, graph.less(forward, graph.neg(force)), limit)
+    under = _relation(system, graph.less(backward, force), limit)
     # one relation for the slip that ends and for the one that begins: where it is zero it is one of both
-    turned, returned = _less(system, forwards, graph.zero), _less(system, graph.zero, backwards)
+    turned = _relation(system, graph.less(forwards, graph.zero), slip)
+    returned = _relation(system, graph.less(graph.zero, backwards), slip)
     events: list[tuple[Node, Node, str]] = [
         (both(none, both(over, no(turned))), graph.one, "slides"),
         (both(none, both(under, no(returned))), graph.minus_one, "slides"),
@@ -247,17 +286,17 @@ def sprung(
     beyond = graph.maximum(graph.sub(graph.neg(force), forward), graph.sub(force, backward))
     room = graph.div(graph.add(graph.abs(forward), graph.abs(backward)), graph.constant(EXCEEDED))
     message = f"the force on '{scalar.of}' is beyond its friction '{name}': without mass and damping it would jump there"
-    known.assertions.append(AssertionRow(_relation(system, graph.less_equal(beyond, room)), message, origin))
+    known.assertions.append(
+        AssertionRow(_relation(system, graph.less_equal(beyond, room), limit), message, origin)
+    )
 
 
-def _less(system: MechanicalSystem, a: Node, b: Node) -> Node:
-    return _relation(system, system.graph.less(a, b))
-
-
-def _relation(system: MechanicalSystem, relation: Node) -> Node:
-    """Let the search for events know a relation that decides whether a friction sticks."""
+def _relation(system: MechanicalSystem, relation: Node, text: str) -> Node:
+    """Let the search for events know a relation that decides whether a friction sticks, and what to call it if the model has none like
+    it."""
+    known = relation in system.lowering.relations
     system.lowering.relations[relation] = None
-    system.lowering.leading.add(relation)
+    system.lowering.leading.setdefault(relation, "" if known else text)
     return relation
 
 

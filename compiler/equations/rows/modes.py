@@ -9,6 +9,7 @@ serves every mode.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec.structs import replace
 
@@ -20,7 +21,9 @@ from ...graph.rewrite import substitute
 from ...mechanics.modes import Mode
 from ...mechanics.system import MechanicalSystem
 from .constraints import Row
-from .signs import Side, take_sides
+
+if TYPE_CHECKING:
+    from .signs import Side
 
 
 def with_modes(
@@ -156,6 +159,8 @@ def _limit_of_sliding(
     Otherwise it keeps the symbols of answers about forces, and gets one for the normal force, which is added to
     ``answers``: a law of its own (solve/force_laws.py).
     """
+    from .signs import take_sides
+
     graph = system.graph
     asked = dict(sides)
     plain, _ = limits(system, mode, normals, answers)

@@ -16,11 +16,13 @@ from mechc.runtime.interface import array_of
 
 from ...graph import Node
 from ...graph import operations as ops
+from ...graph.differentiate import vjp
 from ...graph.evaluate import Tape
 from ...graph.rewrite import substitute
+from ...mechanics.defaults import default_values
 from ...mechanics.system import MechanicalSystem
 from .constraints import Row
-from .defaults import default_values
+from .massless_coordinates import placing
 
 HORIZONS = (0.1, 1.0, 10.0, 100.0)
 """Times up to which is looked."""
@@ -71,6 +73,61 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
                 "there a rate that jumps is an impulse",
             )
             break
+
+
+def check_carriers(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
+    """Report frames with masses whose position or rate, as a formula of time, jumps: nothing would tell the motion of the impulse."""
+    seen: set[Node] = set()
+    carried = [(m.point.frame, m.point.offset, m.origin) for m in system.masses]
+    carried += [(body.frame, (), body.origin) for body in system.inertias]
+    for carrier, offset, origin in carried:
+        numbers = dict.fromkeys(n for n in (*offset, *placing([carrier])) if n not in seen)
+        seen.update(numbers)
+        moved = [n for n in numbers if system.symbols.time in system.graph.support(n)]
+        for what, formulas in (("position", moved), ("rate", [system.rate(n) for n in moved])):
+            at = _first_jump(system, formulas, driven)
+            if at is None:
+                continue
+            reporter.error(
+                "E0532",
+                f"the {what} of a frame that carries a mass jumps",
+                origin.shown,
+                caption=f"what carries this jumps at time = {at}",
+                help="let it change within a time; or move the frame by a coordinate and a constraint, as 'frame f = world * "
+                "trans({x, 0 m});' with 'constraint x = ..': there a rate that jumps is an impulse",
+            )
+            return
+
+
+def check_momenta(system: MechanicalSystem, driven: Mapping[Node, Node], reporter: Reporter) -> None:
+    """Report stated energies whose momenta jump with time."""
+    graph = system.graph
+    energies = [(n, graph.one) for n in (system.kinetic, system.lagrangian)]
+    if not _levels(system, graph.add(system.kinetic, system.lagrangian), ()):
+        return
+    at = _first_jump(system, vjp(graph, energies, [s.node for s in system.v]), driven)
+    stated = next((e for e in system.model.energies if e.kind in ("kinetic", "lagrangian")), None)
+    if at is not None and stated is not None:
+        reporter.error(
+            "E0715",
+            "the kinetic energy must not jump",
+            stated.value.span,
+            caption=f"a momentum jumps at time = {at}",
+            help="let it change within a time, or move a coordinate by a constraint: there a rate that jumps is an impulse",
+        )
+
+
+def _first_jump(
+    system: MechanicalSystem, formulas: Sequence[Node], driven: Mapping[Node, Node]
+) -> str | None:
+    """Return the time at which one of some formulas jumps, as a text, or nothing."""
+    inside = _solved(system, driven)
+    for formula in substitute(system.graph, list(formulas), driven):
+        if _levels(system, formula, inside):
+            at = next(_jumps(system, formula, default_values(system), inside), None)
+            if at is not None:
+                return f"{at:.4g}{'' if system.model.dimensionless else ' s'}"
+    return None
 
 
 def check_held(

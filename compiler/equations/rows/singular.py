@@ -1,13 +1,13 @@
-"""Singular positions on the way of a mechanism: found beforehand by following its motion, and softened.
+"""Singular positions on the path of a mechanism: found in advance by following its motion, and regularised.
 
-Where loops lie flat or a linkage changes its branch, rows of K depend on each other for an instant, and the forces
-that keep them are determined only by what comes before and after. A mechanism that meets such a position gets
+Where loops lie flat or a linkage changes its branch, rows of K are linearly dependent for an instant, and the forces
+of the constraints are determined only by the states before and after. A mechanism that meets such a position gets
 multipliers with a small compliance: K a + gamma + eps (lam - lam') = 0, where lam' is the solution of the same
 equations before, three times (``settle``). At a distance s from singular positions the forces change by the share
-(eps/(s^2 + eps))^3; closer than the root of eps, the solution is the damped least-squares one, which stays bounded.
+(eps/(s^2 + eps))^3; closer than sqrt(eps), the solution is the damped least-squares one, which stays bounded.
 
-Projections are softened in the same way and more: the residual of a position is rounded, and what a projection makes
-of that grows as 1/s in the coordinates, 1/s^2 in their rates and 1/s^3 in the accelerations.
+Projections are regularised in the same way and more strongly: the residual of a position has rounding errors, which a projection
+amplifies as 1/s in the coordinates, 1/s^2 in their rates and 1/s^3 in the accelerations.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from ...graph.evaluate import Tape, evaluate
 from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
 from .constraints import Compliance, Row, give_way
-from .slopes import slopes
+from .weights import slopes
 
 SHARE, PROJECTED_SHARE = 1e-9, 1e-7
 """Shares of the diagonal of K M^-1 K^T, of accelerations and of projections. Rounding in a vanishing pivot, 1e-16 of
@@ -45,6 +45,9 @@ STEPS = 64
 CLOSE, SINGULAR = 0.15, 0.02
 """Ratio of the smallest to the largest singular value at which a walk looks closer, and at which a position counts
 as singular: within about a degree of it."""
+
+ROUNDING = 1e-6
+"""A ratio that rises by less has no minimum: that of gears is the same everywhere, and as small as they make it."""
 
 WORK = 300_000
 """Operations that a walk may cost; larger mechanisms are searched for fewer steps."""
@@ -114,7 +117,7 @@ class _Walk:
             ratio, direction = self._step(direction, STEP)
             if (
                 ratios[-1] < CLOSE
-                and ratios[-2] >= ratios[-1] <= ratio
+                and ratios[-2] >= ratios[-1] < (1 - ROUNDING) * ratio
                 and _lowest(ratios[-2], ratios[-1], ratio) < CLOSE / 2
                 and self._closest(states[-2]) < SINGULAR
             ):

@@ -1,4 +1,4 @@
-"""Weights of constraint rows where the mass matrix is singular and the constraints decide all the same.
+"""Weights of constraint rows, for a singular mass matrix with constraints that determine the accelerations all the same.
 
 A massless rod in a loop, or a moment of inertia of zero, leaves M singular at some states or at all of them, while the
 matrix [[M, -K^T], [K, 0]] of accelerations and multipliers is regular. Pivots are chosen once for all states, so they must
@@ -7,8 +7,8 @@ the same, as K a + gamma = 0, and M is replaced by M + K^T w K. This is positive
 posed, and then no pivot vanishes, whatever their order (augmented Lagrangian; G. H. Golub, C. Greif, On solving
 block-structured indefinite linear systems, SIAM J. Sci. Comput. 24, 2003; in mechanics E. Bayo et al. 1988).
 
-Weights cost nothing but rounding: about w |K|^2 / M times that of a double. They are made as large as the inertia that each
-row moves by itself, and grow with the masses when parameters change.
+The price of a weight is a rounding error of about w |K|^2 / M times that of a double. Each weight is the effective inertia of its row, and
+follows the masses when parameters change.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ from numpy.typing import NDArray
 
 from mechc.runtime.numerics.rank import inverse
 
-from ...graph import Node
+from ...graph import Graph, Node
 from ...graph.differentiate import jacobian, jvp
-from ...graph.evaluate import evaluate
+from ...graph.evaluate import FLOATS, Numbers, evaluate
+from ...graph.operations import DIV
 from ...graph.rewrite import substitute
 from ...mechanics.system import MechanicalSystem
 from .constraints import Row
 from .rank import RankPlace
-from .slopes import BLOCK, slopes
 
 SINGULAR = 1e-12
 """Smallest share of a direction's inertia in that of the single coordinates; below it the mass matrix counts as singular."""
@@ -118,6 +118,31 @@ def _moved(k: Array, motions: Array) -> NDArray[np.bool_]:
     """Tell which rows of K the motions change."""
     changes = np.abs(k @ motions)
     return np.asarray(np.any(changes > HELD * np.abs(k) @ np.abs(motions), axis=1))
+
+
+BLOCK = 64
+"""Columns of a matrix that are evaluated at once."""
+
+ARRAYS = Numbers(
+    FLOATS.constant, {**FLOATS.functions, DIV: lambda a, b: a / b if b else float("nan")}, FLOATS.interpolate
+)
+"""Floats, and arrays of them in what is affine."""
+
+
+def slopes(
+    graph: Graph, outputs: Sequence[Node], symbols: Sequence[Node], values: Mapping[Node, float]
+) -> NDArray[np.float64]:
+    """Return the derivatives of outputs that are affine in the symbols: by unit changes, without new nodes."""
+    known = dict.fromkeys(graph.support(*outputs), 0.0) | {n: float(x) for n, x in values.items()}
+    base = evaluate(graph, outputs, known)
+    found = np.zeros((len(outputs), len(symbols)))
+    for begin in range(0, len(symbols), BLOCK):
+        block = symbols[begin : begin + BLOCK]
+        units = zip(block, np.eye(len(block)), strict=True)
+        moved = evaluate(graph, outputs, known | {n: known.get(n, 0.0) + unit for n, unit in units}, ARRAYS)
+        for i, (x, y) in enumerate(zip(moved, base, strict=True)):
+            found[i, begin : begin + len(block)] = x - y
+    return found
 
 
 def _weights(seen: Sequence[tuple[Array, Array]]) -> Array:

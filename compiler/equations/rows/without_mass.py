@@ -1,46 +1,49 @@
 """Coordinates without mass: the balance of forces on them, 0 = Q, prescribes their motion as a function of the state.
 
-A coordinate z moves no mass where its rate is in no energy and in no velocity of a mass. Its row r of the equations of motion holds no
-acceleration then. With D = dr/d(der z) of the coordinates that feel each other,
+A coordinate z moves no mass if its rate appears in no energy and in no velocity of a mass. Its row r of the equations of motion then
+contains no acceleration. With D = dr/d(der z) over coupled coordinates of this kind,
 
 - directions in which D is regular, as dissipation makes it, have rates: the balance is solved for der(z), and z is a first-order
   state;
 - directions n with n^T D = 0 have none: n^T r = 0 is solved for z, and its total derivative for der(z).
 
-So each of these coordinates has a drive (``DriveRow``) that the compiler writes, and whose reaction vanishes. What is linear is solved
-along the structure; what is not by Newton's method in the graph, from a guess that follows the motion.
+So the compiler gives each of these coordinates a prescribed motion (``DriveRow``), whose reaction vanishes. Linear balances are solved
+along the structure, nonlinear ones by Newton's method in the graph, from a guess that follows the motion.
 
-What constraints hold is left to their weights (weights.py). Where accelerations stay undetermined all the same, motions of several
-coordinates together may move no mass: a combination of their rows with constant factors holds neither accelerations nor
-multipliers then, and is such a balance. Rotations are not covered. Dry friction on these coordinates: massless_friction.py.
+Massless coordinates that constraints determine are left to the weights of these (weights.py). If accelerations remain undetermined, a joint
+motion of several coordinates may move no mass: then a linear combination of their rows with constant factors contains neither
+accelerations nor multipliers, and is such a balance. Rotations are not covered. Dry friction on these coordinates: massless_friction.py.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from fractions import Fraction
 from typing import TYPE_CHECKING
 
-from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.units import DIMENSIONLESS, parse_unit
 
-from ...flat.model import Literal
 from ...graph import DivisionByZero, Node
-from ...graph.differentiate import gradient, jacobian
+from ...graph.differentiate import jacobian
 from ...graph.elimination.eliminate import ZeroPivot, solve
 from ...graph.elimination.linear import NotAffine, linear_system
 from ...graph.elimination.newton import newton, terms_of
-from ...graph.evaluate import Tape, evaluate
+from ...graph.evaluate import Tape
 from ...graph.rewrite import substitute
-from ...mechanics.kinematics.frames import Frame
-from ...mechanics.kinematics.pose import numbers_of
 from ...mechanics.meaning.symbols import unit_text
 from ...mechanics.meaning.unknowns import UnknownSystem
 from ...mechanics.system import AssertionRow, DriveRow, InitialRow, MechanicalSystem
-from .defaults import default_values
+from .massless_coordinates import (
+    Massless,
+    all_but_rotations,
+    coupled_groups,
+    disturbed_states,
+    massless_coordinates,
+    zero_parameters,
+)
 from .massless_friction import (
     MasslessFriction,
     damped,
@@ -57,9 +60,6 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Array = NDArray[np.float64]
-
-PLACES = 4
-"""Disturbed states at which ranks are decided."""
 
 VANISHING = 1e-9
 """Share of the largest entry of a row below which what elimination leaves of it is rounding."""
@@ -88,16 +88,11 @@ _RESISTED = (
     "'{}' has no mass, and the values of this run let its balance of forces contain a rate that it does not contain with "
     "the values of the model"
 )
+_NO_FORCE = "no force decides the motion"
+_NO_DAMPING = "the damping that decides the rate is zero: where a value makes it so, write that into the model, and springs decide the place"
 _ACCELERATED = (
     "with the values of the model some motion with '{}' moves no mass, and with those of this run it does"
 )
-
-
-class Massless(Struct, frozen=True):
-    """One coordinate: its indices in v and q."""
-
-    v: int
-    q: int
 
 
 def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSystem:
@@ -105,7 +100,7 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
     moves."""
     multipliers = _multipliers(system)
     rubs = frictions_alone(system, multipliers)
-    found = _without_mass(system, {rub.rows.name for rub in rubs})
+    found = massless_coordinates(system, {rub.rows.name for rub in rubs})
     if not found:
         return system
     graph = system.graph
@@ -115,18 +110,20 @@ def with_balances(system: MechanicalSystem, reporter: Reporter) -> MechanicalSys
     rows = dict(
         zip(found, substitute(graph, [raw[m.v] for m in found], {**still, **state_rates}), strict=True)
     )
-    work = _Work(system, state_rates, _places(system, graph.support(*rows.values())), reporter)
+    work = _Work(system, state_rates, disturbed_states(system, graph.support(*rows.values())), reporter)
     found = [m for m in found if not work.accelerated(rows[m])]
     for m in found:
         rows[m] = work.without_inertia(m, rows[m])
     known = MasslessFriction({}, [], [], [])
-    for block in _blocks(system, found, rows, {rub.lam for rub in rubs}):
+    for block in coupled_groups(system, found, rows, {rub.lam for rub in rubs}):
         own = [rows[m] for m in block]
         forces = set(graph.support(*own))
         rubbing = [rub for rub in rubs if rub.lam in forces]
         rates = [system.v[m.v].node for m in block]
         for rub in rubbing:
-            refuse_laws(system, rub, rates, reporter)
+            refuse_laws(
+                system, rub, rates, disturbed_states(system, graph.support(*rub.formulas)), known, reporter
+            )
         if rubbing and len(block) == 1 and not any(jacobian(graph, own, rates)):
             if len(rubbing) > 1:
                 refuse_several(rubbing, reporter)
@@ -161,11 +158,11 @@ def with_combined_balances(
     unknowns = [*system.a, *(lam for group in multipliers for lam in group)]
     raw = substitute(graph, residual(system, multipliers), state_rates)
     raw = substitute(graph, raw, {**driven, **still})
-    whole = [m for m in _plain(system) if m.v not in prescribed]
+    whole = [m for m in all_but_rotations(system) if m.v not in prescribed]
     whole.sort(key=lambda m: not system.start_q[m.q].known)
     rows = [raw[m.v] for m in whole]
     reporter = Reporter()
-    work = _Work(system, state_rates, _places(system, graph.support(*rows)), reporter, combined=True)
+    work = _Work(system, state_rates, disturbed_states(system, graph.support(*rows)), reporter, combined=True)
     _, balances, taking = work.ranked(whole, rows, unknowns, _ACCELERATED)
     if not balances:
         raise told()
@@ -193,139 +190,8 @@ def _multipliers(system: MechanicalSystem) -> list[tuple[Node, ...]]:
     ]
 
 
-# ---------------------------------------------------------------- which ones
-
-
-def _without_mass(system: MechanicalSystem, rubbing: Collection[str]) -> list[Massless]:
-    """Return the coordinates that move no mass and that no constraint holds, but for the frictions ``rubbing``."""
-    graph = system.graph
-    driven = {i for row in system.drives for i in row.v}
-    pairs = [m for m in _plain(system) if m.v not in driven]
-    if not pairs:
-        return []
-    efforts = [n for effort in system.efforts for pair in effort.pairs for n in pair]
-    moving = set(graph.support(system.kinetic, system.lagrangian))
-    masses, inertias = system.masses, system.inertias
-    sizes = [m.mass for m in masses] + [x for body in inertias for row in body.inertia for x in row]
-    zeros = _zeros(system).intersection((*moving, *graph.support(*sizes)))
-    if zeros:
-        values = dict(zip(sizes, evaluate(graph, sizes, default_values(system)), strict=True))
-        masses = tuple(m for m in masses if values[m.mass])
-        inertias = tuple(body for body in inertias if any(values[x] for row in body.inertia for x in row))
-        moving -= _without_inertia(system, [m.v for m in pairs if system.v[m.v].node in moving])
-    moving |= set(graph.support(*efforts)).intersection(system.a)
-    carried = {n for mass in masses for n in mass.point.offset}
-    carried |= set(_placing([*(m.point.frame for m in masses), *(b.frame for b in inertias)]))
-    placed = set(graph.support(*carried))
-    others = [rows for rows in system.constraints if rows.name not in rubbing]
-    held = set(graph.support(*(n for rows in others for n in rows.residuals)))
-
-    def weightless(m: Massless) -> bool:
-        q, v, a = system.q[m.q].node, system.v[m.v].node, system.a[m.v]
-        return moving.isdisjoint((v, a)) and placed.isdisjoint((q, v)) and held.isdisjoint((q, v, a))
-
-    return [m for m in pairs if weightless(m)]
-
-
-def _plain(system: MechanicalSystem) -> list[Massless]:
-    """Return all coordinates but rotations."""
-    pairs: list[Massless] = []
-    first_q = first_v = 0
-    for coordinate in system.symbols.coordinates:
-        if not coordinate.is_rotation:
-            pairs += [Massless(first_v + k, first_q + k) for k in range(len(coordinate.v))]
-        first_q, first_v = first_q + len(coordinate.q), first_v + len(coordinate.v)
-    return pairs
-
-
-def _zeros(system: MechanicalSystem) -> set[Node]:
-    """Return the parameters that are zero unless a run says otherwise."""
-    return {
-        s.node
-        for s in system.symbols.parameters
-        if isinstance(s.variable.value, Literal) and s.variable.value.value == 0
-    }
-
-
-def _without_inertia(system: MechanicalSystem, rates: Sequence[int]) -> set[Node]:
-    """Return those of the rates whose inertia in the energies vanishes with the values of the parameters."""
-    graph = system.graph.fork()  # what is formed here must not change the order of nodes
-    velocities = [s.node for s in system.v]
-    energy = graph.add(system.kinetic, system.lagrangian)
-    momenta = gradient(graph, energy, [velocities[i] for i in rates])
-    entries = jacobian(graph, momenta, velocities)
-    places = _places(system, graph.support(*momenta))
-    found = set()
-    for i, row in zip(rates, entries, strict=True):
-        if not any(x for place in places for x in evaluate(graph, list(row.values()), place)):
-            found.add(velocities[i])
-    return found
-
-
-def _placing(frames: Iterable[Frame]) -> Iterable[Node]:
-    """Yield what places frames: lengths and angles of all steps from the root."""
-    seen: set[int] = set()
-    for frame in frames:
-        at: Frame | None = frame
-        while at is not None and id(at) not in seen:
-            seen.add(id(at))
-            if at.step is not None:
-                yield from numbers_of(at.step)
-            at = at.parent
-
-
-def _blocks(
-    system: MechanicalSystem,
-    found: Sequence[Massless],
-    rows: Mapping[Massless, Node],
-    forces: Collection[Node],
-) -> list[list[Massless]]:
-    """Return the coordinates in groups whose balances hold each other's places or rates, or ``forces`` together."""
-    graph = system.graph
-    own = {system.q[m.q].node: m for m in found} | {system.v[m.v].node: m for m in found}
-    leader = {m: m for m in found}
-
-    def first(m: Massless) -> Massless:
-        while leader[m] is not m:
-            leader[m] = leader[leader[m]]
-            m = leader[m]
-        return m
-
-    for m in found:
-        for n in graph.support(rows[m]):
-            if n in forces:
-                own.setdefault(n, m)
-            if n in own:
-                leader[first(own[n])] = first(m)
-    groups: dict[Massless, list[Massless]] = {}
-    for m in found:
-        groups.setdefault(first(m), []).append(m)
-    return list(groups.values())
-
-
-def _places(system: MechanicalSystem, symbols: Iterable[Node]) -> list[dict[Node, float]]:
-    """Return values of everything at the start and at disturbed states, where ranks are decided."""
-    import numpy as np
-
-    start = default_values(system)
-    start |= {n: 1.0 for n in symbols if n not in start}
-    random = np.random.default_rng(22)
-    moving = [*system.q, *system.v, *system.symbols.states]
-    places = []
-    for _ in range(PLACES):
-        shifts = random.standard_normal(len(moving))
-        places.append(
-            start
-            | {
-                s.node: start[s.node] + 0.1 * d * (abs(start[s.node]) or 1.0)
-                for s, d in zip(moving, shifts, strict=True)
-            }
-        )
-    return places
-
-
 def _stated(system: MechanicalSystem, drives: Sequence[DriveRow]) -> list[InitialRow]:
-    """Return the stated starts of what is no state: conditions on the others."""
+    """Return the stated starts of what is not a state: conditions on the others."""
     graph = system.graph
     rows = []
     second = DIMENSIONLESS if system.model.dimensionless else parse_unit("s").dimension
@@ -389,6 +255,8 @@ class _Work:
         system, graph = self.system, self.graph
         places = [system.q[m.q].node for m in block]
         rates = [system.v[m.v].node for m in block]
+        if self.combined:
+            rows = [self._without_idle(block, i, row, rates) for i, row in enumerate(rows)]
         resisted, balances, _ = self.ranked(block, rows, rates, _RESISTED)
         algebraic = self._held(block, balances, places)
         if algebraic is None:
@@ -396,7 +264,8 @@ class _Work:
         moved = [system.rate(n) for n in balances]
         moved = substitute(graph, moved, self.state_rates)
         laws = [*(rows[i] for i in resisted), *moved]
-        ahead = self._solved(laws, rates, lambda: self._carried_along(laws, rates, block), block)
+        why = _NO_DAMPING if resisted and not balances else _NO_FORCE
+        ahead = self._solved(laws, rates, lambda: self._carried_along(laws, rates, block), block, why)
         sought = [places[k] for k in algebraic]
         first = [system.start_q[block[k].q].value for k in algebraic]
         guesses = self._guesses([block[k] for k in algebraic], [ahead[k] for k in algebraic], first)
@@ -552,12 +421,25 @@ class _Work:
             self._assert_undamped(block, i, whole, rates, message)
         return kept, combined, taking
 
+    def _without_idle(self, block: Sequence[Massless], i: int, row: Node, rates: Sequence[Node]) -> Node:
+        """Return a balance without dampings of value zero on other coordinates, whose rates constraints tie to ``rates``."""
+        graph = self.graph
+        others = [s.node for s in self.system.v if s.node not in rates]
+        (entries,) = jacobian(graph, [row], others)
+        idle = [others[j] for j, n in entries.items() if self._undamping([{j: n}])]
+        if not idle:
+            return row
+        zeros = self._undamping([{j: n for j, n in entries.items() if others[j] in idle}])
+        self._assert_undamped(block, i, row, idle, _RESISTED)
+        (still,) = substitute(graph, [row], dict.fromkeys(zeros, graph.zero))
+        return still
+
     def _undamping(self, entries: Sequence[Mapping[int, Node]]) -> list[Node]:
         """Return the parameters of value zero that take the rates out of balances, such as a damping: with them go the rates of what
         has mass, too. ``_assert_undamped`` holds them to that."""
         graph = self.graph
         left = [n for row in entries for n in row.values()]
-        zeros = [n for n in graph.support(*left) if n in _zeros(self.system)]
+        zeros = [n for n in graph.support(*left) if n in zero_parameters(self.system)]
         gone = substitute(graph, left, dict.fromkeys(zeros, graph.zero))
         return zeros if all(n == graph.zero for n in gone) else []
 
@@ -644,8 +526,9 @@ class _Work:
         unknowns: Sequence[Node],
         guesses: Callable[[], Sequence[Node]],
         block: Sequence[Massless],
+        why: str = _NO_FORCE,
     ) -> tuple[Node, ...]:
-        """Return formulas of the unknowns that make the rows vanish."""
+        """Return formulas of the unknowns that make the rows vanish; ``why``: what is said of a run in which they do not decide them."""
         if not rows:
             return ()
         try:
@@ -656,7 +539,7 @@ class _Work:
             return self._by_steps(rows, unknowns, guesses(), block)
         except ZeroPivot:
             raise self._undecided(block) from None
-        self._assert_decided(pivots, block)
+        self._assert_decided(pivots, block, why)
         return solutions
 
     def _eliminated(self, rows: Sequence[Node], unknowns: Sequence[Node]) -> _Solved:
@@ -738,7 +621,7 @@ class _Work:
         self.assertions.append(AssertionRow(holds, message, origin))
         return found
 
-    def _assert_decided(self, pivots: Sequence[Node], block: Sequence[Massless]) -> None:
+    def _assert_decided(self, pivots: Sequence[Node], block: Sequence[Massless], why: str) -> None:
         """Assert that no pivot is rounding, where states or parameters decide that."""
         graph = self.graph
         holds = graph.one
@@ -754,7 +637,7 @@ class _Work:
             return
         names = _listed([self.system.v[m.v].of for m in block])
         origin = self.system.v[block[0].v].variable.origin
-        message = f"nothing with mass moves with {names}, and no force decides the motion"
+        message = f"nothing with mass moves with {names}, and {why}"
         self.assertions.append(AssertionRow(holds, message, origin))
 
     def _undecided(self, block: Sequence[Massless]) -> Exception:

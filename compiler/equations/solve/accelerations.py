@@ -13,10 +13,9 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Kind
 from ...graph import Node
 from ...graph.differentiate import jacobian
-from ...graph.elimination.clashes import clash
 from ...graph.elimination.eliminate import VARIANTS, Elimination, ZeroPivot, solve
 from ...graph.rewrite import substitute
-from ...mechanics.system import AssertionRow, MechanicalSystem
+from ...mechanics.system import AssertionRow, ConstraintRows, MechanicalSystem
 from ..rows.constraints import Row, carried, settle, weighted
 from ..rows.residual import constraint_rates
 from .unknown_forces import UnknownForces, report_circle
@@ -65,7 +64,8 @@ def accelerations(
     vanishes in other modes, so it comes last but for ``forces``, on which any equation may depend. ``whole`` factorises the matrix without looking at the structure.
     """
     sought = [system.a[i] for i in free]
-    unknowns = [*sought, *(row.multiplier for row in rows), *forces.symbols]
+    multipliers = [row.multiplier for row in rows]
+    unknowns = [*sought, *multipliers, *forces.symbols]
     conditions = [row.equation for row in rows]
     balance = weighted(system.graph, [residual[i] for i in free], rows, conditions, sought)
     reactions = carried(system.graph, rows, conditions, sought)
@@ -78,18 +78,19 @@ def accelerations(
         found = solve(system.graph, equations, unknowns, after=after, variants=variants)
     except ZeroPivot as singular:
         if singular.unknown >= len(free) + len(rows):
+            from ...graph.elimination.clashes import clash
+
             contrary = clash(system.graph, equations, unknowns, [system.graph.zero] * len(unknowns))
             raise report_circle(system, forces.symbols, reporter, contrary=contrary) from None
         raise Undetermined(partial(massless, system, residual, free, rows, singular, reporter)) from None
-    count, total = len(free), len(free) + len(rows)
-    asked = len(forces.symbols)
-    known = settle(system.graph, rows, (*found.solutions[total:], *found.solutions[:total]))
-    solution = dict(zip((*unknowns[total:], *unknowns[:total]), known, strict=True))
-    solution |= zip(reactions, substitute(system.graph, list(reactions.values()), solution), strict=True)
-    known = tuple(solution.values())
+    values = dict(zip(unknowns, found.solutions, strict=True))
+    order = (*forces.symbols, *sought, *multipliers)
+    values = dict(zip(order, settle(system.graph, rows, [values[n] for n in order]), strict=True))
+    values |= zip(reactions, substitute(system.graph, list(reactions.values()), values), strict=True)
+    a, lam, others = (tuple(values[n] for n in symbols) for symbols in (sought, multipliers, forces.symbols))
     weighing = any(row.weight is not None for row in rows)
     asserted = determined(system, balance, free, found) if weighing else ()
-    return Accelerations(known[asked : asked + count], known[asked + count :], known[:asked], found, asserted)
+    return Accelerations(a, lam, others, found, asserted)
 
 
 def _coupled(
@@ -105,10 +106,32 @@ def _coupled(
     )
 
 
+def _follows_force(system: MechanicalSystem, rows: ConstraintRows) -> bool:
+    """Tell whether a friction that is in no contact has a limit in which a force stands."""
+    mode = rows.mode
+    if mode is None or mode.contact:
+        return False
+    limits = (mode.kinetic, mode.static, mode.backward, mode.static_backward)
+    return not system.queries.keys().isdisjoint(system.graph.support(*(n for n in limits if n is not None)))
+
+
 def _cure(system: MechanicalSystem, rate: Node) -> str:
     """Say what helps a coordinate that moves nothing with mass."""
-    switched = [rows for rows in system.constraints if rows.mode is not None]
-    rates = [n for rows in switched for n in constraint_rates(system, rows)]
+    switched = [(rows, rows.mode.kind) for rows in system.constraints if rows.mode is not None]
+    free = [n for rows, kind in switched if kind == "freewheel" for n in constraint_rates(system, rows)]
+    if rate in system.graph.support(*free):
+        return "a freewheel acts on what has mass: give some to what it moves, or a large limit in place of 'infinite'"
+    for rows, kind in switched:
+        if (
+            kind == "friction"
+            and rate in system.graph.support(*constraint_rates(system, rows))
+            and _follows_force(system, rows)
+        ):
+            return (
+                f"the limit of the friction '{rows.name}' follows a force, and such a friction acts on what has mass: give some to what it "
+                "moves; a damping needs none"
+            )
+    rates = [n for rows, _ in switched for n in constraint_rates(system, rows)]
     if rate in system.graph.support(*rates):
         return "contacts and friction in contacts act on what has mass: give some to what it moves; a damping needs none"
     return (
@@ -158,7 +181,7 @@ def massless(
 def determined(
     system: MechanicalSystem, balance: Sequence[Node], free: Sequence[int], found: Elimination
 ) -> tuple[AssertionRow, ...]:
-    """Return assertions that the pivots of accelerations are no rounding; ``balance``: the equations they were found in.
+    """Return assertions that the pivots of accelerations are more than rounding; ``balance``: the equations they were found in.
 
     Parameters and states may leave a motion that moves no mass and that no constraint holds. Its pivot is what rounding leaves of
     zero, and the accelerations made with it are numbers all the same.

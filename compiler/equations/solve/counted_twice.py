@@ -11,8 +11,8 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Energy
 from ...graph import Node
 from ...graph.evaluate import Tape
+from ...mechanics.defaults import default_values
 from ...mechanics.system import MechanicalSystem
-from ..rows.defaults import default_values
 
 DRAWS = 4
 SAME = 1e-9

@@ -18,7 +18,6 @@ from msgspec.structs import replace
 from ...graph import Graph, Node
 from ...graph.evaluate import Tape, multiprecision
 from ...graph.rewrite import transfer
-from ...malformed import Malformed
 from ...mechanics.meaning.questions import PREFIX
 from ..model import Equations, Function
 
@@ -83,6 +82,8 @@ def without_dead_symbols(equations: Equations) -> Equations:
     # without identities of values only symbols that cancel term by term are gone
     forgotten = dead if source.by_value else [n for n in dead if source.name(n).startswith(PREFIX)]
     if forgotten and apart and not _equal(target, apart):
+        from ...malformed import Malformed
+
         names = ", ".join(source.name(n) for n in forgotten)
         raise Malformed(
             "equations", f"the values of functions depend on {names}, without a place at run time"

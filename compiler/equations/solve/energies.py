@@ -113,10 +113,10 @@ def _powers(
     reason = _unknown_rate(system, lagrangian, driven)
     explicit = {system.symbols.time: graph.one, **system.xdot}
     (drift,) = substitute(graph, jvp(graph, [lagrangian], explicit), driven)
-    supplied = graph.sub(outer_power, drift)
-    for rate, brought in _joining(system):
-        supplied = graph.add(supplied, graph.mul(rate, brought))
     along = {s.node: s.node for s in system.v}
+    joining = _joining(system)  # along what the coordinates move; what time moves is in the drift
+    moved = jvp(graph, [rate for rate, _ in joining], along)
+    supplied = graph.add(graph.sub(outer_power, drift), graph.dot(moved, [brought for _, brought in joining]))
     held = still(system)
     dissipated = graph.zero
     if not graph.is_constant(system.dissipation):
@@ -225,9 +225,12 @@ def supplied_at_instants(system: MechanicalSystem, total: Node) -> bool:
     return bool(jumping) and not elsewhere.isdisjoint(graph.support(*jumping))
 
 
-def carried(system: MechanicalSystem, total: Node) -> bool:
-    """Tell whether the energy has a part that is linear in the velocities, as that of a mass on what is driven."""
+def carried(system: MechanicalSystem, total: Node, rates: Sequence[Node]) -> bool:
+    """Tell whether what moves by itself takes part in impacts: it gives the energy a part that is linear in the velocities, as that of
+    a mass on what is driven, or one of the ``rates`` of constraints."""
     graph, velocities = system.graph, [s.node for s in system.v]
+    if not all(map(graph.is_zero, _without_velocities(system, rates))):
+        return True
     if not graph.depend([total], velocities):
         return False
     slopes = gradient(graph, total, velocities)

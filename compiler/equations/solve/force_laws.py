@@ -1,15 +1,15 @@
-"""Nonlinear laws of forces by forces, such as F = -c N^(1/3) with a multiplier N: solved by Newton's method in the graph.
+"""Nonlinear laws of forces that depend on other forces, such as F = -c N^(1/3) with a multiplier N: solved by Newton's method in the graph.
 
-Laws are taken out of the equations and given symbols w. What is left is affine, and its solution gives each force
-s = A + B w, with A and B of the state. The laws w = g(s) remain: H(s) = s - A - B g(s) = 0, as many equations as
-forces enter laws. Where several forces agree with the laws the one holds into which A changes as the laws grow from
-nothing: s - A - c B g(s) = 0 with a share c of them, that grows to one.
-The iteration begins at s = A. It tries all of the laws at once, and grows them slower where that leads nowhere; once
-they are whole, steps are shortened instead (their derivative is that of the graph). On the way the determinant of dH/ds
-begins at one and stays positive, as two solutions meet where it vanishes: no step leads from or to where it is not, and
-none turns the angle of a sine so far that it might have vanished between. Each step stands in a branch that is not
-entered once H is small. One more step polishes the result, so that it is exact to rounding in any precision, and its
-derivatives too. Where the iteration does not converge the result is no number, and the run says so.
+Laws are replaced by symbols w. The remaining equations are affine, and their solution gives each force
+s = A + B w, with A and B functions of the state. The laws w = g(s) remain: H(s) = s - A - B g(s) = 0, one equation for each
+force that enters a law. Where this has several solutions, the one is taken that continues s = A as c grows from 0 to 1 in
+s - A - c B g(s) = 0 (a homotopy).
+The iteration begins at s = A and tries c = 1 at once; where that fails, c grows in smaller steps. With c = 1,
+steps are shortened instead (with the derivative of the graph). The determinant of dH/ds begins at one and must stay positive,
+as two solutions meet where it vanishes: no step begins or ends where it is not positive, and none changes the angle of a sine
+so far that it might have vanished in between. Each step is a branch that is skipped once H is small. One more step makes
+the result exact to rounding in any precision, and its derivatives too. Where the iteration does not converge, the result
+is not a number, and the run says so.
 """
 
 from __future__ import annotations

@@ -5,8 +5,8 @@ from __future__ import annotations
 from mechc.lang.diagnostics import Reporter
 
 from ...graph.evaluate import Tape
+from ...mechanics.defaults import default_values
 from ...mechanics.system import MechanicalSystem
-from ..rows.defaults import default_values
 
 
 def warn_of_negative_damping(system: MechanicalSystem, reporter: Reporter) -> None:
@@ -42,7 +42,7 @@ def warn_of_negative_damping(system: MechanicalSystem, reporter: Reporter) -> No
         if min(sizes) < 0 and max(sizes) <= 0:
             reporter.warning(
                 "W0532",
-                f"this {what} is negative: it feeds energy in, without end",
+                f"this {what} is negative: it feeds in energy without end",
                 origin.shown,
                 help="'damping c on q' is the force -c*der(q), 'dissipation R' the force -dR/d(der(q)); both brake "
                 "where they are positive",

@@ -20,10 +20,10 @@ from ...flat.model import Query
 from ...graph import Graph, Node
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
+from ...mechanics.defaults import default_values
 from ...mechanics.system import MechanicalSystem
 from ..model import Function, HybridPlan, Slot
 from ..rows.constraints import Row
-from ..rows.defaults import default_values
 
 NONE = 1e-9
 """Part of a row in what depends on others that is rounding."""

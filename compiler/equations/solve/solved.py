@@ -10,46 +10,54 @@ from msgspec import Struct
 from msgspec.structs import replace as replace_fields
 
 from mechc.lang.diagnostics import Label, Reporter
+from mechc.runtime.interface import COMPLIANCE
 
 from ...flat.model import Query, Role
 from ...graph import Graph, Node
 from ...graph.differentiate import jacobian, jvp
-from ...graph.elimination.eliminate import ZeroPivot
+from ...graph.elimination.eliminate import ZeroPivot, solve
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
+from ...mechanics.defaults import default_values
 from ...mechanics.driving_inputs import held_inputs, steady_inputs
 from ...mechanics.meaning.delays import Delayed
 from ...mechanics.meaning.questions import title
 from ...mechanics.system import AssertionRow, MechanicalSystem
-from ..compliance import COMPLIANCE
-from ..rows.constraints import Projection, Row, projection, report_superfluous, rows_of, without_empty
-from ..rows.defaults import default_values
+from ..rows.constraints import (
+    Projection,
+    Row,
+    projection,
+    report_superfluous,
+    rows_of,
+    weighted,
+    without_empty,
+)
 from ..rows.inertia_checks import check_rigid_bodies
 from ..rows.modes import check_count, friction_loss, with_modes
-from ..rows.prescribed import check_held, check_prescribed
+from ..rows.prescribed import check_carriers, check_held, check_momenta, check_prescribed
 from ..rows.prescribed_slips import sticking
 from ..rows.residual import constraint_rates, residual
-from ..rows.signs import Side
 from .accelerations import Undetermined, accelerations, massless
 from .counted_twice import warn_of_counting_twice
 from .energies import Energies, energies
 from .energies import still as resting
 from .force_laws import solve_laws
-from .joint_reactions import joint_reactions
 from .negative_damping import warn_of_negative_damping
-from .queries import Replies, answers, force_answers, refuse_unanswered
+from .queries import Replies, answers, force_answers, joint_reactions, refuse_unanswered
 from .shares import Share, follows, shares_of, told
 from .unknown_forces import report_circle, unknown_forces
 
 if TYPE_CHECKING:
     from ..rows.rank import RankPlace
+    from ..rows.signs import Side
+
 
 START_TOLERANCE = 1e-9
 """Relative; initial values of driven coordinates may be given twice if they agree."""
 
 
 class Solved(Struct, frozen=True):
-    """Everything after elimination. ``replace`` turns each symbol that is no array entry into its formula.
+    """Everything after elimination. ``replace`` turns each symbol that is not an array entry into its formula.
 
     ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
     ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
@@ -95,6 +103,8 @@ def solve_system(
     driven, prescribed = prescribed_motion(system)
     balanced = _balanced(system)
     check_prescribed(system, driven, reporter)
+    check_carriers(system, driven, reporter)
+    check_momenta(system, driven, reporter)
     _check_starts(system, driven, reporter)
     carried = [m.mass for m in system.masses]
     carried += [x for body in system.inertias for row in body.inertia for x in row]
@@ -334,7 +344,7 @@ def check_rates(system: MechanicalSystem, nodes: Sequence[Node], reporter: Repor
                 caption="declared here",
                 help=f"give it in the part: '{scalar.name.rpartition('.')[2]} = ...', 0 where it is held, a coordinate of its own where it is free"
                 if "." in scalar.name
-                else "let a 'state' follow the input and use the state instead",
+                else f"let formulas read it through a filter, which has rates: {scalar.name}(filter = 1 ms); a constant default keeps it as it is",
             )
         else:
             reporter.error(
@@ -474,3 +484,20 @@ def _outer_power(
         for i in () if drive.balanced else drive.v:
             power = graph.add(power, graph.mul(raw[i], driven[system.v[i].node]))
     return power
+
+
+def velocity_jumps(system: MechanicalSystem, solved: Solved, impulses: Sequence[Node]) -> tuple[Node, ...]:
+    """Return d with M d - K^T mu = impulses and K d = 0, for the constraints that are never switched."""
+    graph = system.graph
+    free = [system.a[i] for i in solved.free]
+    jumps = [graph.symbol(f"#jump {i}") for i in solved.free]
+    residual = [solved.residual[i] for i in solved.free]
+    inertia = jvp(graph, residual, dict(zip(free, jumps, strict=True)))
+    forces = jvp(graph, residual, {row.multiplier: row.multiplier for row in solved.rows})
+    along: Mapping[Node, Node] = {system.v[i].node: d for i, d in zip(solved.free, jumps, strict=True)}
+    held = jvp(graph, [row.rate for row in solved.rows], along)
+    equations = [graph.sub(graph.add(m, f), p) for m, f, p in zip(inertia, forces, impulses, strict=True)]
+    equations = weighted(graph, equations, solved.rows, held, jumps)
+    unknowns = [*jumps, *(row.multiplier for row in solved.rows)]
+    found = solve(graph, [*equations, *held], unknowns)
+    return found.solutions[: len(jumps)]

@@ -8,6 +8,7 @@ impulses know nothing of s: what follows a force is finite, and no impulse.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 
@@ -17,8 +18,10 @@ from ...flat.model import Query
 from ...graph import Graph, Node
 from ...mechanics.meaning.questions import title
 from ...mechanics.system import MechanicalSystem
-from ..rows.signs import Side, take_sides
 from .force_laws import Jumps, Laws, take_laws_out
+
+if TYPE_CHECKING:
+    from ..rows.signs import Side
 
 
 class UnknownForces(Struct, frozen=True):
@@ -54,6 +57,8 @@ def unknown_forces(
     symbols = _needed(graph, (*formulas, *inner, *(rates if back else ())), answers)
     if not symbols:
         return list(formulas), UnknownForces()
+    from ..rows.signs import take_sides
+
     rows = [graph.sub(s, answers[s]) for s in symbols]
     taken = [take_sides(graph, n, symbols, sides) for n in (*formulas, *rows)]
     try:
@@ -81,8 +86,8 @@ def _report_jump(system: MechanicalSystem, symbol: Node, reporter: Reporter) -> 
         "E0536",
         f"a force jumps with '{title(query)}'",
         query.span,
-        caption="for some states no force agrees with itself",
-        help="a comparison is possible: its sides are switches, which change at instants",
+        caption="in some states no value of the force satisfies this law",
+        help="use a comparison instead: it is a switch, which changes at events",
     )
 
 

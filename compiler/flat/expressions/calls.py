@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 
 from mechc.lang import ast
@@ -14,15 +15,8 @@ from ..names.scope import Poisoned, Scope
 from ..operands import unbound_names
 from ..values.evaluate import iterate
 from .fields import field_derivative, is_field_derivative
-from .files import FILE_RULES
 from .functions import RULES, combined
-from .kinematics import KINEMATIC_RULES
-from .mean_squares import rms
-from .meshes import MESH_RULES
-from .own_functions import own_function
-from .queries import QUERY_RULES
 from .signature import ElaboratedCall
-from .tables import TABLE_RULES
 
 _OF_MOTIONS = {
     "sample": "'sample()' is an instant, and a curve has none",
@@ -33,14 +27,14 @@ _OF_MOTIONS = {
 """Functions of a motion in time."""
 _OVER_THE_RANGE = "of a curve it goes over the whole range: 'integral(e)'; over a part of it, multiply: 'integral(if x < a then e else 0)'"
 
-_ALL_RULES = {**RULES, **KINEMATIC_RULES, **MESH_RULES, **FILE_RULES, **TABLE_RULES}
-
 
 def call(scope: Scope, node: ast.Call) -> Expression:
     """Return the value of a call."""
     name = node.function.name
     builtin = BUILTINS.get(name)
     if builtin is None:
+        from .own_functions import own_function
+
         return own_function(scope, node, name)
     own = scope.namespace.exported(name)
     if own is not None and isinstance(own.definition, ast.Function):  # reported where it is defined
@@ -54,10 +48,8 @@ def call(scope: Scope, node: ast.Call) -> Expression:
     _check_count(scope, node, builtin)
     if name == "integral" and scope.flattening.interval is None:
         return _running_integral(scope, node)
-    if name == "rms":
-        return rms(ElaboratedCall(scope, node, name, []))
-    if name in QUERY_RULES:
-        return QUERY_RULES[name](ElaboratedCall(scope, node, name, []))
+    if name not in RULES and (rule := _rule_before_arguments(name)) is not None:
+        return rule(ElaboratedCall(scope, node, name, []))
     interval = scope.flattening.interval
     if interval is not None and name in _OF_MOTIONS:
         raise scope.fail(
@@ -75,7 +67,29 @@ def call(scope: Scope, node: ast.Call) -> Expression:
             help="table(x, y, {x1, x2, ..}, {y1, y2, ..}, {{z11, z12, ..}, ..})",
         )
     arguments = [scope.elaborate(a) for a in node.arguments]
-    return _ALL_RULES[name](ElaboratedCall(scope, node, name, arguments))
+    rule = RULES.get(name) or _further_rules()[name]
+    return rule(ElaboratedCall(scope, node, name, arguments))
+
+
+def _rule_before_arguments(name: str) -> Callable[[ElaboratedCall], Expression] | None:
+    """Return the rule of a function that reads its arguments itself; None where another function has the name."""
+    if name == "rms":
+        from .mean_squares import rms
+
+        return rms
+    from .queries import QUERY_RULES
+
+    return QUERY_RULES.get(name)
+
+
+def _further_rules() -> Mapping[str, Callable[[ElaboratedCall], Expression]]:
+    """Return the rules of functions that few models call: no other loads them."""
+    from .files import FILE_RULES
+    from .kinematics import KINEMATIC_RULES
+    from .meshes import MESH_RULES
+    from .tables import TABLE_RULES
+
+    return {**KINEMATIC_RULES, **MESH_RULES, **FILE_RULES, **TABLE_RULES}
 
 
 def _check_count(scope: Scope, node: ast.Call, builtin: Builtin) -> None:

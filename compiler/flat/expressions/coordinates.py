@@ -35,7 +35,7 @@ class Target(Struct, frozen=True):
 def target_of(scope: Scope, expression: Expression) -> Target | None:
     """Return the variable that an expression is, or None where it is something else.
 
-    The four numbers of a rotation are no variables of their own: they move together. Its rate has three elements, der(R)[1..3].
+    The four numbers of a rotation are not variables of their own: they move together. Its rate has three elements, der(R)[1..3].
     """
     rate = 0
     indices: tuple[int, ...] = ()
@@ -72,7 +72,7 @@ def whole_rotation(expression: Expression) -> str:
 
 
 def slice_elements(expression: Expression) -> tuple[Expression, ...] | None:
-    """Return the elements of ``joint.angle`` or ``der(joint.angle)``; None where it is no slice of components."""
+    """Return the elements of ``joint.angle`` or ``der(joint.angle)``; None where it is not a slice of components."""
     match expression:
         case Array(elements=elements):
             return elements

@@ -18,7 +18,6 @@ from ..values.indexing import indexed
 from .calls import call
 from .choices import array, conditional
 from .operators import binary, unary
-from .own_functions import result
 from .references import predefined, reference
 
 
@@ -35,6 +34,8 @@ def elaborate(node: ast.Expression, scope: Scope) -> Expression:
         case ast.Call(unit=unit):
             return _with_unit(scope, call(scope, node), unit, node)
         case ast.Result():
+            from .own_functions import result
+
             return result(scope, node)
         case ast.Vector(elements=items, unit=unit):
             return _with_unit(scope, array(scope, node, [elaborate(e, scope) for e in items]), unit, node)
@@ -214,7 +215,7 @@ def _previous(scope: Scope, node: ast.Previous) -> Expression:
     if not scope.in_event:
         raise scope.fail(
             "E0330",
-            "'pre' is the value before an event, and this is no 'when'",
+            "'pre' is the value just before an event, so it needs a 'when'",
             node.span,
             help=f"write '{node.operand.span.text}'",
         )

@@ -13,7 +13,6 @@ from .. import types
 from ..model import Derivative, Expression, FieldDerivative, Kind, Name, Previous, Query, Type, Where
 from ..names.scope import Poisoned, Scope
 from ..operands import children, free_names
-from .own_functions import own_function
 
 OPERATORS = ("grad", "div", "curl", "laplacian")
 
@@ -42,6 +41,8 @@ def _field_name(scope: Scope, node: ast.Call) -> str | None:
 
 def field_derivative(scope: Scope, node: ast.Call) -> Expression:
     """Return the derivative of a field at a place, its units checked."""
+    from .own_functions import own_function
+
     operator, field = node.function.name, _field_name(scope, node)
     if node.keywords or len(node.arguments) < 2:
         raise scope.fail(

@@ -31,13 +31,13 @@ def path_of(
     if not path.is_absolute():
         path = Path(value.span.file.name).parent / path
     if path.suffix.casefold() not in endings:
-        raise scope.fail(code, f"'{name}' is no {kinds}", span, help=f"its name ends with {named}")
+        raise scope.fail(code, f"'{name}' is not {kinds}", span, help=f"its name ends with {named}")
     if not note(path).is_file():
         raise scope.fail(
             code,
             f"there is no file '{name}'",
             span,
-            help="its place is told from the folder of the text that names it",
+            help="the path is relative to the folder of the file that names it",
         )
     return path
 
@@ -65,7 +65,7 @@ def file(call: ElaboratedCall) -> Expression:
     scope, span = call.scope, call.nodes[0].span
     name = text_of(call, 0, "the name of a file")
     wanted = text_of(call, 1, "the name in a file") if len(call.arguments) > 1 else ""
-    path = path_of(scope, call.arguments[0], span, READERS, "E0823", "file of numbers", _KINDS)
+    path = path_of(scope, call.arguments[0], span, READERS, "E0823", "a file of numbers", _KINDS)
     known, key = scope.flattening.numbers, (str(path), wanted)
     if key not in known:
         try:

@@ -389,7 +389,7 @@ class FunctionBody:
                 f"'{function.name}' gives {_count(wanted)}, this returns {len(statement.values)}",
                 statement.span,
                 labels=(Label(function.name_span, f"it gives ({names})" if names else "it gives one value"),),
-                help=""
+                help=f"write 'return ({names});', one value for each"
                 if names
                 else "say what they are after the arguments, as in '-> (Length r, Angle phi)'",
             )
@@ -431,7 +431,7 @@ def unpacked(scope: Scope, call: ast.Expression, count: int, results: Results) -
             "E0222",
             "several names are given to the results of a function",
             call.span,
-            caption="this is no call of a function",
+            caption="this is not a call of a function",
             help="write 'let (a, b) = f(x);'",
         )
     found = results(scope, call)

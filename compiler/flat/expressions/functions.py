@@ -7,6 +7,7 @@ from fractions import Fraction
 
 from mechc.lang.builtins import BUILTINS
 from mechc.lang.source import Span
+from mechc.lang.units import Dimension
 
 from .. import types
 from ..model import Apply, Expression, Kind, Literal, Type
@@ -199,7 +200,10 @@ def _transpose(call: ElaboratedCall) -> Expression:
 def _square(call: ElaboratedCall, wanted: str = "a square matrix") -> Type:
     type = types.numeric(call.arguments[0].type)
     if type.kind is not Kind.REAL or len(type.shape) != 2 or type.shape[0] != type.shape[1]:
-        raise call.wrong(0, wanted, "E0305")
+        help = "rows and columns are of one number"
+        if call.name == "solve":
+            help = "a system has as many equations as unknowns; least squares of more are 'solve(transpose(A)*A, transpose(A)*b)'"
+        raise call.wrong(0, wanted, "E0305", help)
     return type
 
 
@@ -384,17 +388,28 @@ def _delay(call: ElaboratedCall) -> Expression:
     if type.kind is not Kind.REAL:
         raise call.wrong(0, "a number or an array of numbers", "E0308")
     time = call.scope.flattening.time_type.dimension
-    if call.scalar(1).dimension != time and not types.is_zero(call.arguments[1]):
-        raise call.wrong(1, "a time")
+    _require_time(call, time)
     return call.apply(type)
+
+
+def _require_time(call: ElaboratedCall, time: Dimension) -> None:
+    """Report a second argument that is not a time."""
+    if call.scalar(1).dimension == time or types.is_zero(call.arguments[1]):
+        return
+    text = call.nodes[1].span.text
+    bare = isinstance(call.arguments[1], Literal) and call.arguments[1].type.dimension.is_none
+    raise call.wrong(
+        1,
+        "a time",
+        help=f"write '{text} s'" if bare else f"as in '{call.name}({call.nodes[0].span.text}, 0.1 s)'",
+    )
 
 
 def _noise(call: ElaboratedCall) -> Expression:
     if call.arguments[0].type.kind is not Kind.INTEGER or call.arguments[0].type.shape:
-        raise call.wrong(0, "a whole number as seed", "E0308")
-    time = call.scope.flattening.time_type.dimension
-    if call.scalar(1).dimension != time and not types.is_zero(call.arguments[1]):
-        raise call.wrong(1, "a time")
+        help = "write a whole number, as in 'noise(1, 0.1 s)'; another one is another signal"
+        raise call.wrong(0, "a whole number as seed", "E0308", help)
+    _require_time(call, call.scope.flattening.time_type.dimension)
     return call.apply(types.NUMBER)
 
 

@@ -23,7 +23,7 @@ from .signature import ElaboratedCall
 POWERS = {"mesh_volume": 3, "mesh_centre": 1, "mesh_inertia": 5}
 """Power of a length in what each function gives."""
 
-MESHES = "STL, OBJ, DAE or GLB file"
+MESHES = "an STL, OBJ, DAE or GLB file"
 ENDS = [f"'{end}'" for end in READERS]
 
 _OUTWARDS = "the corners of each triangle run counterclockwise, seen from outside"
@@ -58,7 +58,7 @@ def _of_file(call: ElaboratedCall) -> Expression:
         try:
             corners = [tuple(map(Fraction, corner)) for corner in places]
         except (ValueError, OverflowError):
-            raise scope.fail("E1004", f"a corner in '{path.name}' is no number", span) from None
+            raise scope.fail("E1004", f"a corner in '{path.name}' is not a number", span) from None
         faces = [tuple(places[c] for c in t) for t in surface]
         known[str(path)] = _enclosed(
             scope, span, corners, faces, [f"({x:g}, {y:g}, {z:g})" for x, y, z in places]
@@ -97,7 +97,7 @@ def _check_pieces(
     faces: Sequence[Sequence[int]],
     names: Sequence[str],
 ) -> None:
-    """Report a piece of the surface within another one, or one that faces inwards and is no hole."""
+    """Report a piece of the surface within another one, or one that faces inwards and is not a hole."""
     from ..winding import misplaced
 
     if (wrong := misplaced(corners, faces)) is None:
@@ -108,7 +108,7 @@ def _check_pieces(
         "E0337",
         f"the surface encloses the same place {count} times"
         if count > 0
-        else "a piece of the surface faces inwards, and is no hole of another",
+        else "a piece of the surface faces inwards, and is not a hole of another",
         span,
         caption=f"beside the triangle from {a} to {b} and {c}",
         help="what lies within pieces that overlap would count for each of them; a hole faces inwards"

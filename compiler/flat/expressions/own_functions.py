@@ -280,7 +280,7 @@ def _no_function(scope: Scope, node: ast.Call, name: str, found: FoundDefinition
         return Poisoned()
     declared = scope.instance is not None and name in scope.instance.members
     if declared or found is not None:
-        noun = "declared, but it is no function" if declared else "no function"
+        noun = "declared, but it is not a function" if declared else "no function"
         return scope.fail(
             "E0209",
             f"'{name}' is {noun}",

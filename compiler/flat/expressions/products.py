@@ -66,6 +66,9 @@ def _product_shape(scope: Scope, node: ast.Binary, left: Expression, right: Expr
             f"a matrix of {a[1]} columns cannot be multiplied by {b[0]} rows",
             node.span,
             caption=f"{types.shape_text(a)} times {types.shape_text(b)}",
+            help=f"write 'transpose({node.left.span.text})*{node.right.span.text}' for the product with the columns"
+            if a[0] == b[0]
+            else f"the right side has one row for each column of the left one, {a[1]}",
         )
     raise undefined(scope, node, left, right)
 

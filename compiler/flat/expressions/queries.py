@@ -48,7 +48,7 @@ def _not_named(
         if other
         else f"did you mean '{near}'?"
         if near
-        else some,
+        else some or f"give one a name, as in 'constraint hold: a = b;', and ask '{call.name}(hold)'",
     )
 
 
@@ -315,7 +315,7 @@ def _driven(call: ElaboratedCall) -> Target:
     if label is not None:
         raise call.scope.fail(
             "E0212",
-            f"'{node.span.text}' is no joint or coordinate",
+            f"'{node.span.text}' is not a joint or coordinate",
             node.span,
             help=question_of(label.kind, node.span.text),
         )
@@ -326,7 +326,7 @@ def _check_joint(call: ElaboratedCall, instance: Instance) -> None:
     if not instance.cls.places:
         raise call.scope.fail(
             "E0212",
-            f"'{instance.path}' is no joint",
+            f"'{instance.path}' is not a joint",
             call.nodes[0].span,
             caption=f"{instance.cls.name} places no frame",
             help="ask for the reaction of the joint that carries it",

@@ -194,7 +194,7 @@ def _side_by_side(
             one, another = (f"{name}{subscript_text(k)}" for k in (indices[first], index))
             raise scope.fail(
                 "E0317",
-                f"'{span.text}' differs from element to element, and is no array",
+                f"'{span.text}' differs from element to element, and is not an array",
                 span,
                 caption=f"{types.describe(type)} in '{one}', {types.describe(other)} in '{another}'",
                 help=f"name one of them, as in '{one}{span.text.removeprefix(name)}'",
@@ -316,7 +316,7 @@ def _listed(member: ComponentMember, part: ast.Part, sizes: Sequence[int]) -> st
 
 
 def _outside(scope: Scope, node: ast.Reference) -> Expression:
-    """Return what a name that is no member stands for: ``energy.total``, ``engine.power``, ``world``."""
+    """Return what a name that is not a member stands for: ``energy.total``, ``engine.power``, ``world``."""
     first, rest = node.parts[0], node.parts[1:]
     if len(rest) == 1 and not rest[0].indices:
         if first.name == "energy" and rest[0].name in _ENERGIES and not first.indices:
@@ -423,7 +423,8 @@ def _suggestion(scope: Scope, name: str) -> str:
         return f"the time is called '{scope.flattening.independent}'"
     if scope.instance is None:
         return (
-            "a function sees its arguments, and what its body declares before in the same block or around it"
+            "a function sees its arguments, and what its body declares before in the same block or around it; "
+            f"give it '{name}' as an argument"
         )
     inside = [
         f"{member.declaration.name}.{name}"
@@ -432,7 +433,9 @@ def _suggestion(scope: Scope, name: str) -> str:
         and not member.extents
         and any(name in instance.members for instance in member.instances.values())
     ]
-    return f"did you mean '{inside[0]}'?" if inside else ""
+    if inside:
+        return f"did you mean '{inside[0]}'?"
+    return f"declare it: 'parameter {name} = ..;' for a given value, 'let {name} = ..;' for a formula"
 
 
 def _rate_of(scope: Scope, name: str) -> str:

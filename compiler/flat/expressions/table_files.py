@@ -23,7 +23,7 @@ def table_of_file(call: ElaboratedCall, kind: str, outside: str, chosen: list[Li
     """Return a table of a column of a file over its first column."""
     scope, span = call.scope, call.nodes[1].span
     name, column = text_of(call, 1, "the name of a file"), text_of(call, 2, "the name of a column")
-    path = path_of(scope, call.arguments[1], span, TEXTS, CODE, "table of text", "'.csv', '.txt' or '.dat'")
+    path = path_of(scope, call.arguments[1], span, TEXTS, CODE, "a table of text", "'.csv', '.txt' or '.dat'")
     noted(scope, name, path)
     try:
         sheet = read_sheet(path, PLAIN, is_written_unit)

@@ -114,7 +114,7 @@ def handed_on(member: ComponentMember, index: Index) -> list[Modifier]:
 
 
 def _extent_words(sizes: tuple[int, ...]) -> str:
-    return " x ".join(map(str, sizes)) + " elements" if sizes else "no elements: it is no array"
+    return " x ".join(map(str, sizes)) + " elements" if sizes else "no elements: it is not an array"
 
 
 OF_VARIABLES = {"start", "fixed", "min", "max", "nominal", "unit", "displayUnit", "quantity"}

@@ -140,15 +140,32 @@ def broadcast(
         span,
         caption=f"this is {types.describe(expression.type)}",
         labels=labels,
-        help=f"declare it as '{name}{types.shape_text(expression.type.shape)}'" if not shape and name else "",
+        help=f"declare it as '{name}{types.shape_text(expression.type.shape)}'"
+        if not shape and name
+        else _shape_help(expression, target, span),
     )
+
+
+def _shape_help(value: Expression, target: Type, span: Span) -> str:
+    """Say how a value of another shape is given: no square matrix is meant whose entries are all one number."""
+    shape = target.shape
+    if not _is_square(target):
+        return f"give it {shape_words(shape)}, or one value for all of them"
+    diagonal = (
+        f", or write 'diag({span.text})' for a diagonal matrix" if value.type.shape == shape[:1] else ""
+    )
+    return f"give it {shape_words(shape)}{diagonal}"
+
+
+def _is_square(type: Type) -> bool:
+    shape = type.shape
+    return len(shape) == 2 and shape[0] == shape[1] > 1 and type.kind in types.NUMERIC
 
 
 def refuse_one_number(scope: Scope, value: Expression, target: Type, span: Span, declared: Span) -> None:
     """Refuse a parameter that is a square matrix whose entries would all be one number: that is singular, and never meant."""
     shape = target.shape
-    square = len(shape) == 2 and shape[0] == shape[1] > 1 and target.kind in types.NUMERIC
-    if not square or value.type.shape or (isinstance(value, Literal) and value.value == 0):
+    if not _is_square(target) or value.type.shape or (isinstance(value, Literal) and value.value == 0):
         return
     scope.report(
         "E0305",
@@ -216,7 +233,12 @@ def unit_help(
         return ""
     if _bare(expression) and (not expression.type.shape or span.text.startswith("{")):
         return f"write '{span.text} {unit or preferred_unit(target.dimension, target.angle)}'"
-    return ""
+    factor = target.dimension / expression.type.dimension
+    if expression.type.kind is not Kind.REAL or factor.is_none:
+        return ""
+    if all(e <= 0 for e in factor.exponents):
+        return f"one factor of [{expression.type.dimension / target.dimension}] is too many"
+    return f"one factor of [{factor}] is missing"
 
 
 def _bare(expression: Expression) -> bool:

@@ -30,7 +30,6 @@ from ..names.instance import (
 from ..names.scope import Flattening, Poisoned, Scope
 from ..subscripts import Index
 from ..values.evaluate import check_size, iterate, truth, whole_number
-from .pair_loops import pair_loop
 
 MOST = 30_000
 """Most components of a model."""
@@ -134,12 +133,24 @@ def _check_names(instance: Instance) -> None:
 
 
 def _what_there_is(instance: Instance) -> str:
-    members = {n: m for n, m in instance.members.items() if isinstance(m, VariableMember)}
+    members = {n: m for n, m in instance.members.items() if isinstance(m, VariableMember) or _is_free(m)}
     if not members:
         return ""
-    moving = next((n for n, m in members.items() if m.role is Role.COORDINATE), None)
+    coordinates = (
+        n for n, m in members.items() if isinstance(m, VariableMember) and m.role is Role.COORDINATE
+    )
+    moving = next(coordinates, None)
     rate = f"; its rate at the start is 'der({moving}) = ..'" if moving else ""
     return f"it has {', '.join([*members][:8])}{rate}"
+
+
+def _is_free(member: object) -> bool:
+    """Whether it is a frame that the text around the component may place."""
+    return (
+        isinstance(member, PlaceMember)
+        and isinstance(member.declaration, ast.Frame)
+        and member.declaration.value is None
+    )
 
 
 def modifier_of(node: ast.Modification, scope: Scope, stage: int) -> Modifier | None:
@@ -225,6 +236,8 @@ def _expand(instance: Instance, statement: ast.Statement, scope: Scope, result: 
     try:
         match statement:
             case ast.For(name=name, range=range, body=body):
+                from .pair_loops import pair_loop
+
                 declared = (ast.Declaration, ast.Unpacked)
                 statements = [item for item in body if not isinstance(item, declared)]
                 turns = iterate(scope, name, range)

@@ -36,15 +36,22 @@ def begin(member: InstanceMember, what: str) -> bool:
         return False
     if member.progress is ElaborationProgress.WRONG:
         raise Poisoned
+    opened: list[InstanceMember] = member.scope.flattening.opened
+    while opened and opened[-1].progress is not ElaborationProgress.OPEN:
+        opened.pop()
     if member.progress is ElaborationProgress.OPEN:
+        circle = [one.name for one in opened[opened.index(member) :]] if member in opened else []
         member.progress = ElaborationProgress.WRONG
         raise member.scope.fail(
             "E0207",
             f"'{member.declaration.name}' is defined by itself",
             member.declaration.name_span,
-            caption=f"{what} depends on this name again",
+            caption=" -> ".join([*circle, member.name])
+            if len(circle) > 1
+            else f"{what} depends on this name again",
         )
     member.progress = ElaborationProgress.OPEN
+    opened.append(member)
     return True
 
 
@@ -517,7 +524,7 @@ def _unknown(member: DefinitionMember, guess: Expression) -> Expression:
 
 
 def _check_output(member: DefinitionMember, value: Expression) -> None:
-    """Report an output that is no number, which no result could hold."""
+    """Report an output that is not a number, which no result could hold."""
     kind, declaration = value.type.kind, member.declaration
     if not isinstance(declaration, ast.Output) or kind in (*types.NUMERIC, Kind.BOOLEAN):
         return

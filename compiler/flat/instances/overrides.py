@@ -63,7 +63,7 @@ def _text(value: Constant) -> str:
 
 
 def check_known(instance: Instance, reporter: Reporter) -> None:
-    """Report values given for names that are no structural parameters of the model."""
+    """Report values given for names that are not structural parameters of the model."""
     known = [n for n, m in instance.members.items() if isinstance(m, VariableMember) and m.structural]
     for name in instance.flattening.overrides:
         if "." in name or name in known:
@@ -71,7 +71,7 @@ def check_known(instance: Instance, reporter: Reporter) -> None:
         near = closest(name, known)
         reporter.error(
             "E0801",
-            f"'{name}' is no structural parameter of {instance.model.name}",
+            f"'{name}' is not a structural parameter of {instance.model.name}",
             instance.model.name_span,
             help=f"did you mean '{near}'?"
             if near

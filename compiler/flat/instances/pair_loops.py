@@ -20,7 +20,7 @@ FEW = 64
 
 
 def pair_loop(instance: Instance, name: str, scopes: Sequence[Scope], inner: ast.For) -> PairLoop | None:
-    """Return what is known of a loop within another one over ``name``; None where it is no loop of contacts that one formula
+    """Return what is known of a loop within another one over ``name``; None where it is not a loop of contacts that one formula
     may be of."""
     if instance.flattening.each_pair or len(scopes) < 2 or not isinstance(inner.range, ast.Range):
         return None

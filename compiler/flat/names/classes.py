@@ -54,6 +54,8 @@ class Class(Struct):
     inherited: list[Inherited] = field(default_factory=list)
     lineage: dict[int, int] = field(default_factory=dict)
     """How many steps of inheritance lead to a model, by its ``id``; 0 to the model itself."""
+    kinds: set[str] = field(default_factory=set)
+    """The names of these models."""
     experiments: dict[str, Stated] = field(default_factory=dict)
     studies: dict[str, Stated] = field(default_factory=dict)
     interface: tuple[str, ...] = ()
@@ -104,6 +106,7 @@ class Classes(Struct):
             return
         seen.add(id(model))
         result.lineage[id(model)] = level
+        result.kinds.add(model.name)
         namespace.resolve()
         for statement in model.body:
             if not isinstance(statement, ast.Extends):

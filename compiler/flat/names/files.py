@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 
@@ -27,7 +27,8 @@ Definition = ast.Model | ast.Function | ast.Type
 SHAPE = "shape "
 """Before the names of shape models: only statements ``shape`` use them, so that a body may have the name of a shape."""
 
-_DEFINED = re.compile(r"^((?:partial |shape )*)(?:model|function|type) (\w+)", re.MULTILINE)
+_DEFINED = re.compile(r"\n((?:partial |shape )*)(?:model|function|type) (\w+)")
+"""A definition at the begin of a line. A search for ``^`` would look at every character, and take three times as long."""
 
 _parsed: dict[Path, tuple[tuple[int, int], ast.File | LibraryFile]] = {}
 """Files with what tells whether they have changed."""
@@ -37,7 +38,7 @@ class LibraryFile(Mapping[str, Definition]):
     """The definitions of a file of the standard library, each parsed when it is first looked up."""
 
     def __init__(self, source: SourceFile) -> None:
-        found = [*_DEFINED.finditer(source.text)]
+        found = [*_DEFINED.finditer("\n" + source.text)]
         ends = [*(match.start() for match in found[1:]), len(source.text)]
         self._source = source
         self._places = {
@@ -54,10 +55,13 @@ class LibraryFile(Mapping[str, Definition]):
             self._read[name] = definition
         return self._read[name]
 
-    def mentioning(self, word: str) -> Iterator[str]:
-        """Yield the names of the definitions whose text has this word; none is parsed for it."""
-        sought = re.compile(rf"\b{re.escape(word)}\b")
-        return (name for name, place in self._places.items() if sought.search(self._source.text, *place))
+    def mentioning(self, words: Sequence[Collection[str]]) -> Iterator[str]:
+        """Yield the names of the definitions whose text has a word of each of these; none is parsed for it."""
+        sought = [re.compile(rf"\b(?:{'|'.join(map(re.escape, some))})\b") for some in words]
+        text = self._source.text
+        return (
+            name for name, place in self._places.items() if all(one.search(text, *place) for one in sought)
+        )
 
     def __contains__(self, name: object) -> bool:
         return name in self._places

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from msgspec import Struct, field
@@ -125,26 +125,26 @@ class Namespace:
             if isinstance(model, ast.Model) and not model.shape:
                 yield model
 
-    def _models_mentioning(self, word: str) -> Iterator[ast.Model]:
-        """Yield the models of this file that may use a word: those of the library whose text has it, all others."""
+    def _models_mentioning(self, words: Sequence[Collection[str]]) -> Iterator[ast.Model]:
+        """Yield the models of this file that may use a word of each of these: those of the library whose text has them, all others."""
         own = self._own
-        names = own.mentioning(word) if isinstance(own, LibraryFile) else iter(own)
+        names = own.mentioning(words) if isinstance(own, LibraryFile) else iter(own)
         for name in names:
             if not name.startswith(SHAPE) and isinstance(item := own[name], ast.Model):
                 yield item
 
-    def models_in_reach(self, word: str) -> Iterator[tuple[int, ast.Model, Namespace]]:
-        """Yield the models that this text may use and that may use a ``word``, with what they see: its own (0), those imported by
-        name (1), all others that imports bring (2)."""
+    def models_in_reach(self, words: Sequence[Collection[str]]) -> Iterator[tuple[int, ast.Model, Namespace]]:
+        """Yield the models that this text may use and that may use a word of each of ``words``, with what they see: its own (0), those
+        imported by name (1), all others that imports bring (2)."""
         explicit = self._resolve_imports()
-        yield from ((0, model, self) for model in self._models_mentioning(word))
+        yield from ((0, model, self) for model in self._models_mentioning(words))
         for found in explicit.values():
             if isinstance(found, FoundDefinition) and isinstance(found.definition, ast.Model):
                 yield 1, found.definition, found.namespace
         for namespace, _ in self._open:
-            yield from ((2, model, namespace) for model in namespace._models_mentioning(word))
+            yield from ((2, model, namespace) for model in namespace._models_mentioning(words))
         if self._parent is not None:
-            yield from self._parent.models_in_reach(word)
+            yield from self._parent.models_in_reach(words)
 
     @property
     def broken(self) -> bool:

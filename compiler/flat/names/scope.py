@@ -21,7 +21,7 @@ from .namespace import Namespace, SourceLibrary
 if TYPE_CHECKING:
     from ..model import ReadFile
     from ..moments import Moments
-    from .instance import ComponentMember, DefinitionMember, Instance, Shapes, VariableMember
+    from .instance import ComponentMember, DefinitionMember, Instance, InstanceMember, Shapes, VariableMember
 
 Constant = Fraction | bool | str
 
@@ -128,6 +128,8 @@ class Flattening(Struct):
     each_pair: bool = False
     variables: dict[str, VariableMember] = field(default_factory=dict)
     definitions: dict[str, DefinitionMember] = field(default_factory=dict)
+    opened: list[InstanceMember] = field(default_factory=list)
+    """What is being resolved, the outermost first, with what is resolved behind it."""
     integrals: list[tuple[str, Expression, Type, Origin]] = field(default_factory=list)
     integrals_named: int = 0
     _reported: set[tuple[str, str, int]] = field(default_factory=set)

@@ -7,7 +7,7 @@ the options of a contact are those of the contacts in it, and others modify it, 
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from msgspec import Struct
 
@@ -133,28 +133,32 @@ def _pairs(member: ComponentMember) -> list[tuple[_Pair, PairsOfShapes | None]]:
     others = list(dict.fromkeys(s for node in statement.others for s in _shapes_of(scope, shapes, node)))
     known: dict[tuple[int, int], tuple[_Part, bool]] = {}
     number = {id(s): k for k, s in enumerate(shapes.all)}
+    sought = [(number[id(b)], b, b.body, id(b.instance.cls)) for b in others]
+    touching, span = scope.flattening.touching, statement.span
     found: set[int] = set()
     rows: list[tuple[SetShape, list[SetShape]]] = []
     for a in first:
         touched: list[SetShape] = []
-        for b in others:
-            one, other = sorted((number[id(a)], number[id(b)]))
-            key = one * len(number) + other
-            if a.body == b.body or key in found:
+        one, body, cls = number[id(a)], a.body, id(a.instance.cls)
+        for other, b, its_body, its_cls in sought:
+            key = one * len(number) + other if one < other else other * len(number) + one
+            if body == its_body or key in found:
                 continue
-            classes = id(a.instance.cls), id(b.instance.cls)
-            if classes not in known:
-                known[classes] = _part_for(scope, statement, a.instance.cls, b.instance.cls)
+            if (cls, its_cls) not in known:
+                known[cls, its_cls] = _part_for(scope, statement, a.instance.cls, b.instance.cls)
             found.add(key)
             touched.append(b)
-            _note(scope, statement, key, a, b)
+            if touching.setdefault(key, span) is not span:
+                raise _touch_already(scope, span, touching[key], a, b)
         rows.append((a, touched))
-    families = _families(scope, statement, rows)
+    place = _places((*first, *others))
+    families = _families(scope, statement, rows, place)
     pairs: list[tuple[_Pair, PairsOfShapes | None]] = []
     for a, touched in rows:
+        of = {p: families.get((place[id(a)], p)) for p in {place[id(b)] for b in touched}}
         for b in touched:
-            family = families.get((_stated(a), _stated(b)))
-            if family is not None and family.pair != (a, b):
+            family = of[place[id(b)]]
+            if family is not None and (family.pair[0] is not a or family.pair[1] is not b):
                 continue
             part, turned = known[id(a.instance.cls), id(b.instance.cls)]
             pairs.append((_Pair(part, (b, a) if turned else (a, b), f"{a.name}-{b.name}"), family))
@@ -172,20 +176,29 @@ def _pairs(member: ComponentMember) -> list[tuple[_Pair, PairsOfShapes | None]]:
     return pairs
 
 
+def _places(shapes: Iterable[SetShape]) -> dict[int, int]:
+    """Return a number of where each shape is stated, the same for all of an array, by their identities."""
+    numbers: dict[Span | None, int] = {}
+    return {id(s): numbers.setdefault(s.instance.made_at, len(numbers)) for s in shapes}
+
+
 def _families(
-    scope: Scope, statement: ast.ContactOfShapes, rows: list[tuple[SetShape, list[SetShape]]]
-) -> dict[tuple[Span, Span], PairsOfShapes]:
-    """Return the pairs that one formula may tell, by where their shapes are stated: so many that it pays."""
-    found: dict[tuple[Span, Span], PairsOfShapes] = {}
+    scope: Scope,
+    statement: ast.ContactOfShapes,
+    rows: list[tuple[SetShape, list[SetShape]]],
+    place: Mapping[int, int],
+) -> dict[tuple[int, int], PairsOfShapes]:
+    """Return the pairs that one formula may tell, by ``place``, where their shapes are stated: so many that it pays."""
+    found: dict[tuple[int, int], PairsOfShapes] = {}
     if scope.flattening.each_pair or statement.label is not None:
         return found
-    of: dict[tuple[Span, Span], list[tuple[SetShape, list[SetShape]]]] = {}
+    of: dict[tuple[int, int], list[tuple[SetShape, list[SetShape]]]] = {}
     for a, touched in rows:
-        by_statement: dict[Span, list[SetShape]] = {}
+        by_statement: dict[int, list[SetShape]] = {}
         for b in touched:
-            by_statement.setdefault(_stated(b), []).append(b)
-        for place, many in by_statement.items():
-            of.setdefault((_stated(a), place), []).append((a, many))
+            by_statement.setdefault(place[id(b)], []).append(b)
+        for number, many in by_statement.items():
+            of.setdefault((place[id(a)], number), []).append((a, many))
     told = (statement.friction, statement.restitution, *(option.value for option in statement.options))
     for places, own in of.items():
         row = max(range(len(own)), key=lambda k: (len(own[k][1]), -k))
@@ -212,24 +225,15 @@ def _families(
     return found
 
 
-def _stated(shape: SetShape) -> Span:
-    """Return where a shape is stated, for all of an array at once."""
-    assert shape.instance.made_at is not None
-    return shape.instance.made_at
-
-
-def _note(scope: Scope, statement: ast.ContactOfShapes, key: int, a: SetShape, b: SetShape) -> None:
-    """Report a pair that another statement has, too: one of them would count twice."""
-    touching = scope.flattening.touching
-    before = touching.setdefault(key, statement.span)
-    if before is not statement.span:
-        raise scope.fail(
-            "E0733",
-            f"{_called(a)} and {_called(b)} have a contact already",
-            statement.span,
-            labels=(Label(before, "stated here"),),
-            help="name only shapes, bodies or elements of an array that have none yet",
-        )
+def _touch_already(scope: Scope, span: Span, before: Span, a: SetShape, b: SetShape) -> Poisoned:
+    """Return what tells of a pair that another statement has, too: one of them would count twice."""
+    return scope.fail(
+        "E0733",
+        f"{_called(a)} and {_called(b)} have a contact already",
+        span,
+        labels=(Label(before, "stated here"),),
+        help="name only shapes, bodies or elements of an array that have none yet",
+    )
 
 
 def _called(shape: SetShape) -> str:
@@ -296,10 +300,8 @@ def _frames(scope: Scope, node: ast.Reference) -> list[str]:
 def _part_for(scope: Scope, statement: ast.ContactOfShapes, a: Class, b: Class) -> tuple[_Part, bool]:
     """Return the part for two shapes and whether it wants them in the other order: that for the most special ones, the nearest."""
     ranked: list[tuple[int, int, _Part, bool]] = []
-    every: list[str] = []
-    for tier, offer in _offers(scope, (a, b)):
+    for tier, offer in _offers(scope, (a, b), ({"shape"}, a.kinds, b.kinds)):
         one, other = offer.wanted
-        every.append(" with ".join(sorted((one.name, other.name))))
         for turned, (first, second) in enumerate(((a, b), (b, a))):
             steps = first.lineage.get(id(one)), second.lineage.get(id(other))
             if steps[0] is not None and steps[1] is not None:
@@ -308,6 +310,8 @@ def _part_for(scope: Scope, statement: ast.ContactOfShapes, a: Class, b: Class) 
                     ranked.append((steps[0] + steps[1], tier, _Part(cls, offer.free), bool(turned)))
                 break
     if not ranked:
+        offers = (offer.wanted for _, offer in _offers(scope, (a, b), ({"shape"},)))
+        every = [" with ".join(sorted((one.name, other.name))) for one, other in offers]
         raise scope.fail(
             "E0732",
             f"there is no contact of a {a.name} with a {b.name}",
@@ -340,13 +344,16 @@ class _Offer(Struct, frozen=True, eq=False):
     wanted: tuple[ast.Model, ast.Model]
 
 
-def _offers(scope: Scope, shapes: tuple[Class, Class]) -> Iterator[tuple[int, _Offer]]:
-    """Yield the models in reach that leave two shapes open; the number says how far they are."""
+def _offers(
+    scope: Scope, shapes: tuple[Class, Class], words: Sequence[Collection[str]]
+) -> Iterator[tuple[int, _Offer]]:
+    """Yield the models in reach that leave two shapes open, of the library those whose text has a word of each of ``words``; the number
+    says how far they are."""
     seen: set[int] = set()
     places: list[tuple[int, Namespace]] = [(0, scope.namespace)]
     places += [(3, cls.namespace) for cls in shapes]
     for further, place in places:
-        for tier, model, namespace in place.models_in_reach("shape"):
+        for tier, model, namespace in place.models_in_reach(words):
             if id(model) in seen:
                 continue
             seen.add(id(model))

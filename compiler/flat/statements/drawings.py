@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from typing import TYPE_CHECKING
 
 from msgspec import Struct, field
 
@@ -14,13 +15,15 @@ from mechc.lang.units import Dimension
 from mechc.suggest import closest
 
 from .. import types
-from ..expressions.meshes import mesh_path
-from ..model import Array, Draw, Expression, Kind, Name, Sample
+from ..expressions.coordinates import definition_of
+from ..model import Apply, Array, Draw, Expression, Kind, Literal, Name, Previous, Query, Sample
 from ..names.instance import Instance
 from ..names.scope import Flattening, Poisoned, Scope
+from ..operands import children
 from ..values.evaluate import constant
-from .independence import check_alone, not_in_a_picture
-from .shapes import COLOURS, SHAPES, ShapeArgument, ShapeKind
+
+if TYPE_CHECKING:
+    from .shapes import ShapeArgument, ShapeKind
 
 _WANTED = {
     "length": "a length",
@@ -102,6 +105,8 @@ class _Checker(Struct):
         return self.scope.fail("E1002", message, span, help=help, caption=caption)
 
     def shape(self) -> ShapeKind:
+        from .shapes import SHAPES
+
         name = self.statement.shape
         if name in SHAPES:
             return SHAPES[name]
@@ -154,6 +159,8 @@ class _Checker(Struct):
             raise self.fail("'for' makes no argument of a shape", node.span, help="write 's in a:b'")
         value = scope.elaborate(node)
         if argument.kind in ("text", "file"):
+            from ..expressions.meshes import mesh_path
+
             text = constant(value)
             if not isinstance(text, str):
                 raise self.wrong(argument, value, node.span)
@@ -331,6 +338,8 @@ class _Checker(Struct):
 
     def options(self) -> None:
         for option in self.statement.options:
+            from .shapes import COLOURS
+
             if option.name not in ("colour", "color"):
                 raise self.scope.fail(
                     "E0415",
@@ -364,3 +373,45 @@ def _takes(shape: ShapeKind) -> str:
 def _points(shape: ShapeKind) -> str:
     least, most = shape.points
     return "at least 2 points" if most is None else "1 point" if least == 1 else "2 points"
+
+
+def check_alone(scope: Scope, value: Expression, span: Span) -> None:
+    """Report what a picture cannot ask without changing the model: answers of the equations, memory, clocks."""
+    for part in _parts(scope.flattening, value):
+        match part:
+            case Query(function=function):
+                raise not_in_a_picture(scope, span, f"'{function}'")
+            case Previous():
+                raise not_in_a_picture(scope, span, "'pre'")
+            case Apply(function="sample" | "initial" | "delay" as function):
+                raise not_in_a_picture(scope, span, f"'{function}'")
+            case _:
+                pass
+
+
+def not_in_a_picture(scope: Scope, span: Span, what: str) -> Poisoned:
+    return scope.fail(
+        "E1007",
+        f"{what} is nothing that can be asked for a picture: it would change the model",
+        span,
+        help="declare an output, as in 'output R = reaction(pin);', and draw that",
+    )
+
+
+def _parts(flattening: Flattening, value: Expression) -> Iterator[Expression]:
+    """Yield all that an expression is made of, through abbreviations, but not through outputs."""
+    seen: set[int | str] = set()
+    pending = [value]
+    while pending:
+        at = pending.pop()
+        key = at.name if isinstance(at, Name) else id(at)
+        if key in seen or isinstance(at, Literal):
+            continue
+        seen.add(key)
+        yield at
+        if not isinstance(at, Name):
+            pending.extend(children(at))
+            continue
+        member = flattening.definitions.get(at.name)
+        if member is not None and not isinstance(member.declaration, ast.Output):
+            pending.extend(definition_of(flattening, at.name))

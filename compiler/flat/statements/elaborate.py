@@ -27,13 +27,9 @@ from ..names.instance import (
 from ..names.scope import Poisoned, Scope, skip
 from ..subscripts import element_name, subscripts
 from ..types import FRAME
-from .contact_families import families_of_shapes, family_of_loops
-from .contacts_of_shapes import made_by
 from .drawings import audible, is_quiet
 from .energies import energy, gravities, inertia, mass
-from .events import when
 from .initial_values import initial, stationary_start
-from .loads import contact, damping, friction, load
 from .record import JointParts, StatementRecord
 from .relations import assertion, closure, constraint, drive, equation, exact, place
 from .torques import is_torque
@@ -72,22 +68,28 @@ def _statement(item: Expanded, scope: Scope, record: StatementRecord, parts: Joi
         case ast.Inertia():
             inertia(scope, statement, record)
         case ast.Load():
+            from .loads import load
+
             load(scope, statement, record)
         case ast.Damping():
+            from .loads import damping
+
             damping(scope, statement, record)
         case ast.Friction():
+            from .loads import friction
+
             friction(scope, statement, record)
         case ast.Contact():
+            from .loads import contact
+
             contact(scope, statement, record)
             if item.pairs is not None:
+                from .contact_families import family_of_loops
+
                 record.families.append(family_of_loops(statement, item.pairs, record.contacts[-1].name))
         case ast.Shape() | ast.ContactOfShapes():
             if item.made is not None:
-                for instance, pairs in made_by(item.made):
-                    known = len(record.contacts)
-                    run(instance, record)
-                    if pairs is not None:
-                        record.families += families_of_shapes(pairs, instance, record.contacts[known:])
+                _made(item.made, record)
         case ast.Constraint():
             constraint(scope, statement, record)
         case ast.Drive():
@@ -107,6 +109,8 @@ def _statement(item: Expanded, scope: Scope, record: StatementRecord, parts: Joi
         case ast.Exact():
             exact(scope, statement, record)
         case ast.When():
+            from .events import when
+
             when(scope, statement, record)
         case ast.Assert():
             record.assertions.append(assertion(scope, statement))
@@ -133,6 +137,18 @@ def _statement(item: Expanded, scope: Scope, record: StatementRecord, parts: Joi
 
 
 # ---------------------------------------------------------------- declarations
+
+
+def _made(member: ComponentMember, record: StatementRecord) -> None:
+    """Record what a shape or a contact of shapes makes."""
+    from .contact_families import families_of_shapes
+    from .contacts_of_shapes import made_by
+
+    for instance, pairs in made_by(member):
+        known = len(record.contacts)
+        run(instance, record)
+        if pairs is not None:
+            record.families += families_of_shapes(pairs, instance, record.contacts[known:])
 
 
 def _declaration(declaration: ast.Declaration, scope: Scope, record: StatementRecord) -> None:
@@ -234,7 +250,7 @@ def _joints(parts: JointParts, record: StatementRecord) -> None:
             instance.flattening.report(
                 Scope(instance.flattening, instance.parent, instance.cls.namespace),
                 "E0413",
-                f"'{declaration.name}' cannot be cut: {instance.cls.name} is no joint",
+                f"'{declaration.name}' cannot be cut: {instance.cls.name} is not a joint",
                 declaration.span,
                 labels=(Label(instance.cls.model.name_span, f"{instance.cls.name} places no frame"),),
             )

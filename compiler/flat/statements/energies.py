@@ -8,11 +8,12 @@ from mechc.lang.source import Span
 from mechc.lang.units import Dimension
 
 from .. import model, types
-from ..expressions.unitless import parameters_of_another_kind, parameters_without_unit
+from ..expressions.missing_factor import missing_factor
+from ..expressions.operators import parameters_of_another_kind, parameters_without_unit
 from ..instances.declared_types import fits
 from ..instances.frames import frame_or_point
 from ..model import Apply, Expression, Kind, Type
-from ..names.instance import DefinitionMember, Expanded, Instance, VariableMember
+from ..names.instance import Expanded, Instance
 from ..names.scope import Poisoned, Scope
 from .record import StatementRecord
 
@@ -53,33 +54,8 @@ def _no_energy(scope: Scope, statement: ast.Energy, value: Expression, wanted: D
         statement.value.span,
         caption=f"this is {this}, {noun} is {wanted.pretty()}",
         labels=parameters_without_unit(scope, value) or parameters_of_another_kind(scope, value, wanted),
-        help=_missing_factor(scope, given, wanted),
+        help=missing_factor(scope, given, wanted),
     )
-
-
-def _missing_factor(scope: Scope, given: Dimension, wanted: Dimension) -> str:
-    """Say which factor is missing or too many, and what in scope has its dimension."""
-    factor, problem = wanted / given, "missing"
-    if all(e <= 0 for e in factor.exponents):
-        factor, problem = given / wanted, "too many"
-    text = f"one factor of [{factor}] is {problem}"
-    found = _candidates(scope, factor)
-    if not found:
-        return text
-    return f"{text}; {types.with_article(types.dimension_word(factor))} in scope: {', '.join(found)}"
-
-
-def _candidates(scope: Scope, dimension: Dimension) -> list[str]:
-    if scope.instance is None:
-        return []
-    found = []
-    for name, member in scope.instance.members.items():
-        if isinstance(member, VariableMember | DefinitionMember):
-            type = member.type
-            if type is not None and type.dimension == dimension and not type.shape and type.kind is Kind.REAL:
-                line = member.declaration.name_span.file.position(member.declaration.name_span.start)[0]
-                found.append(f"'{name}' (line {line})")
-    return found[:3]
 
 
 # ---------------------------------------------------------------- gravity, mass, inertia

@@ -109,6 +109,9 @@ def _assign(scope: Scope, action: ast.Assign) -> model.Assign:
     return model.Assign(left, value, scope.origin(action.span))
 
 
+NAMED = "name the constraint, as in 'constraint hold: a = b;'"
+
+
 def _switched(scope: Scope, node: ast.Reference, word: str) -> list[str]:
     """Return the names of what is released or engaged: a constraint, contact, driven coordinate or cut joint."""
     label = find_label(scope, node)
@@ -120,8 +123,12 @@ def _switched(scope: Scope, node: ast.Reference, word: str) -> list[str]:
     if instance is not None:
         if instance.cls.places:
             return [instance.path]
-        raise _not_switched(scope, node, word, f"'{instance.path}' is no joint")
+        raise _not_switched(scope, node, word, f"'{instance.path}' is not a joint")
     if label is None:
+        name = node.parts[0].name
+        known = scope.instance.members if scope.instance is not None else {}
+        if len(node.parts) == 1 and name not in known:
+            raise scope.fail("E0201", f"unknown name '{name}'", node.span, help=NAMED)
         target = target_of(scope, scope.elaborate(node))
         if target is not None and target.role is Role.COORDINATE and not target.indices:
             return [target.name]
@@ -134,5 +141,5 @@ def _not_switched(scope: Scope, node: ast.Reference, word: str, caption: str) ->
         f"'{word}' takes a named constraint, a contact, a driven coordinate or a cut joint",
         node.span,
         caption=caption,
-        help="name the constraint, as in 'constraint hold: a = b;'",
+        help=NAMED,
     )

@@ -15,16 +15,15 @@ from mechc.suggest import closest, setting_meant
 
 from .. import model, types
 from ..expressions.coordinates import Target, slice_elements, target_of, whole_rotation
+from ..expressions.operators import parameters_without_unit
 from ..expressions.references import component_index, existing
-from ..expressions.unitless import parameters_without_unit
 from ..instances.declared_types import fit, fits
 from ..instances.instantiate import member_of
 from ..instances.members import type_of
 from ..model import Expression, Kind, Role
 from ..names.instance import ROLE_WORDS, ComponentMember, Instance, VariableMember
 from ..names.scope import Constant, Poisoned, Scope
-from ..values.evaluate import constant, elements, not_structural, values_of
-from ..values.fixed_values import setting_changes
+from ..values.evaluate import constant, elements, not_structural, setting_changes, values_of
 from . import ensembles
 from .variables import changing
 
@@ -32,11 +31,8 @@ TIMES = ("stop", "start", "every", "step")
 OPTIONS = (*TIMES, "tolerance", "method", "display", "record")
 """Names that an experiment sets for the run itself; no variable of the model may have one of them."""
 
-_MEANINGS = {
-    "tolerance": (types.NUMBER, "a number"),
-    "method": (types.STRING, "a text"),
-    "display": (types.STRING, "a text"),
-}
+_TEXT = (types.STRING, "a text")
+_MEANINGS = {"tolerance": (types.NUMBER, "a number"), "method": _TEXT, "display": _TEXT}
 
 
 _OF_SIZES = {"E0305", "E0314"}
@@ -211,6 +207,8 @@ def _option(scope: Scope, name: str, node: ast.Modification, parts: _Parts) -> N
         )
     if node.kind != "=":
         raise scope.fail("E0804", f"'{name}' is set by '='", node.span, help=f"write '{name} = ...'")
+    if _MEANINGS.get(name, ()) == _TEXT:
+        _check_quoted(scope, name, node.value)
     value = scope.elaborate(node.value)
     if name != "record":
         _check_fixed(scope, node, value)
@@ -233,6 +231,21 @@ def _option(scope: Scope, name: str, node: ast.Modification, parts: _Parts) -> N
             help=_in_seconds(node.value, bool(unitless)) if bare and time.dimension == types.TIME else "",
         )
     parts.options[name] = fit(scope, value, wanted, node.value.span, name=name)
+
+
+def _check_quoted(scope: Scope, name: str, node: ast.Expression) -> None:
+    """Report a word that stands for itself, as it may in studies."""
+    if not isinstance(node, ast.Reference) or len(node.parts) != 1 or node.parts[0].indices:
+        return
+    word = node.parts[0].name
+    if scope.instance is not None and member_of(scope.instance, word) is None:
+        raise scope.fail(
+            "E0804",
+            f"'{name}' must be a text",
+            node.span,
+            caption="this is a name that the model does not have",
+            help=f"a text stands in quotes: '{name} = \"{word}\"'",
+        )
 
 
 def _in_seconds(node: ast.Expression, unitless: bool) -> str:
@@ -307,6 +320,14 @@ def _target(scope: Scope, node: ast.Modification, left: Expression) -> Target:
     """Return the variable that a setting is about; report what an experiment cannot set."""
     target = target_of(scope, left)
     span = node.target.span
+    if target is None and (every := slice_elements(left)):
+        raise scope.fail(
+            "E0809",
+            "a sweep runs over the values of one parameter or initial value",
+            span,
+            caption=f"these are {len(every)}, one in each component",
+            help="give the index of a component, or sweep a parameter of which all of them are made",
+        )
     if target is None or target.rate > 1 or (target.rate and target.role is not Role.COORDINATE):
         raise scope.fail(
             "E0802",

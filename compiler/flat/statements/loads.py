@@ -9,25 +9,14 @@ from mechc.suggest import closest
 
 from .. import model, types
 from ..expressions.coordinates import has_rates
+from ..expressions.missing_factor import missing_factor
 from ..expressions.queries import is_infinite, is_turned
 from ..instances.declared_types import fits
 from ..instances.frames import frame_or_point
-from ..model import Expression, Kind, Type
+from ..model import Expression, Kind, Name, Type
 from ..names.instance import Instance
 from ..names.scope import Poisoned, Scope
-from ..values.evaluate import whole_number
-from .record import StatementRecord
-
-
-def label_name(scope: Scope, label: ast.LabelName | None, kind: str, record: StatementRecord) -> str:
-    """Return the dotted name of a statement, or a number where it has no label."""
-    if label is None:
-        return record.numbered(kind)
-    text = label.name
-    if label.indices:
-        index = [whole_number(scope, i, "the index of a name") for i in label.indices]
-        text += f"[{','.join(map(str, index))}]"
-    return f"{scope.path}.{text}" if scope.path else text
+from .record import StatementRecord, label_name
 
 
 def load(scope: Scope, statement: ast.Load, record: StatementRecord) -> None:
@@ -198,6 +187,7 @@ def _require_effort(
             node.span,
             caption=f"this is {given}",
             labels=(Label(on_node.span, f"it acts on {types.unit_words(on.type.dimension, on.type.angle)}"),),
+            help=_effort_help(scope, value, on, dimension, kind),
         )
     if value.type.shape:
         raise scope.fail(
@@ -206,6 +196,13 @@ def _require_effort(
             node.span,
             caption=f"this is {types.describe(value.type)}",
         )
+
+
+def _effort_help(scope: Scope, value: Expression, on: Expression, wanted: Dimension, kind: str) -> str:
+    """Say what a force on something lacks, or that it is on nothing that moves."""
+    if isinstance(on, Name) and on.name == scope.flattening.independent:
+        return f"{types.with_article(kind)} acts on a coordinate, or on a length or an angle made of coordinates: name it after 'on'"
+    return missing_factor(scope, value.type.dimension, wanted)
 
 
 def quantity(scope: Scope, node: ast.Expression, what: str) -> Expression:

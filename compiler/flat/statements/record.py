@@ -11,6 +11,7 @@ from .. import model
 from ..names.instance import Instance, Rank, VariableMember
 from ..names.scope import Scope
 from ..subscripts import Index
+from ..values.evaluate import whole_number
 
 
 class StatedStart(Struct, frozen=True):
@@ -80,3 +81,14 @@ class JointParts(Struct):
     instance: Instance
     places: list[tuple[str, model.Expression, Span]] = field(default_factory=list)
     closures: list[model.ClosureEquation] = field(default_factory=list)
+
+
+def label_name(scope: Scope, label: ast.LabelName | None, kind: str, record: StatementRecord) -> str:
+    """Return the dotted name of a statement, or a number where it has no label."""
+    if label is None:
+        return record.numbered(kind)
+    text = label.name
+    if label.indices:
+        index = [whole_number(scope, i, "the index of a name") for i in label.indices]
+        text += f"[{','.join(map(str, index))}]"
+    return f"{scope.path}.{text}" if scope.path else text

@@ -17,8 +17,7 @@ from ..names.instance import PlaceMember
 from ..names.scope import Poisoned, Scope
 from ..names.space import nodes
 from ..unknowns import unknowns_in
-from .loads import label_name
-from .record import JointParts, StatementRecord
+from .record import JointParts, StatementRecord, label_name
 from .servo import find_force, keep
 
 
@@ -140,7 +139,7 @@ def place(scope: Scope, statement: ast.Place, parts: JointParts, record: Stateme
             part, frame = target.parts[0].name, target.parts[-1].name
             help = f"bind it where the part is declared, as in 'Part {part}({frame} = world);', or give the part a joint"
         raise scope.fail(
-            "E0412", f"'{target.span.text}' is no free frame of this model", target.span, help=help
+            "E0412", f"'{target.span.text}' is not a free frame of this model", target.span, help=help
         )
     first = record.placed.get(member.name)
     if first is not None:

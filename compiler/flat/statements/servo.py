@@ -16,7 +16,6 @@ from mechc.lang.source import Span
 
 from .. import model, types
 from ..expressions.coordinates import has_rates
-from ..expressions.queries import effort_type
 from ..instances.members import type_of
 from ..model import Apply, DefinitionRole, Element, Expression, FlatModel, Kind, Query, Role, Type
 from ..names.scope import Scope
@@ -41,6 +40,8 @@ def keep(
     if by.kind == "input":
         _bind(scope, by, name, shape, record)
     else:
+        from ..expressions.queries import effort_type
+
         _check_target(scope, by, on, shape)
         force = Query(type=effort_type(scope, by, shape), span=by.span, function="multiplier", target=name)
         record.loads.append(model.Load(by.kind, f"{name}.by", force, on, None, None, None, origin))
@@ -133,7 +134,7 @@ def _bind(scope: Scope, by: ast.Effort, name: str, shape: tuple[int, ...], recor
     if member is None or member.role is not Role.INPUT or member.modifiers:
         raise scope.fail(
             "E0726",
-            f"'{by.on.span.text}' is no input that is free",
+            f"'{by.on.span.text}' is not an input that is free",
             by.on.span,
             caption="'by' finds the value of an input, or says 'force on' or 'torque on'",
             labels=(Label(member.modifiers[0].span, "it is given here"),)

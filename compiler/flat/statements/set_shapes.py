@@ -117,7 +117,7 @@ def defined(cls: Class) -> Label:
 
 
 def components(scope: Scope, node: ast.Reference) -> list[Instance] | None:
-    """Return the components that a name means, all of an array without an index; None if it is no name of components."""
+    """Return the components that a name means, all of an array without an index; None if it is not a name of components."""
     if scope.instance is None or node.parts[0].name in scope.local:
         return None
     at = [scope.instance]
@@ -138,6 +138,10 @@ def _chosen(scope: Scope, member: ComponentMember, part: ast.Part) -> list[Insta
         return list(instances.values())
     check_count(scope, member, part)
     chosen = [positions(scope, node, n, part.span) for node, n in zip(part.indices, sizes, strict=True)]
+    single = tuple(p for p in chosen if isinstance(p, int))
+    if len(single) == len(chosen):
+        one = instances.get(single)
+        return [] if one is None else [one]
     return [
         instance
         for index, instance in instances.items()

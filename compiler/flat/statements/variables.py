@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from fractions import Fraction
 
 from mechc.lang import ast
+from mechc.lang.source import Span
 from mechc.lang.units import NAMED_TYPES, UnitError, parse_unit, preferred_unit
 from mechc.suggest import closest
 
@@ -13,12 +15,13 @@ from ..expressions.coordinates import definition_of
 from ..filters import FILTER
 from ..instances.declared_types import fits
 from ..instances.members import is_found, type_of
-from ..model import Attributes, Expression, Kind, Role, StartValue, Type, Variable
+from ..model import Attributes, Expression, Kind, Literal, Role, StartValue, Type, Variable
 from ..names.instance import VariableMember
 from ..names.scope import Flattening, Poisoned, Scope
 from ..operands import free_names
-from ..values.evaluate import constant
-from ..values.fixed_values import input_changes, parameter_changes
+from ..subscripts import Index, subscripts
+from ..values.evaluate import constant, input_changes, parameter_changes, pick
+from ..values.indexing import stack
 from .initial_values import rate_type, stated_starts, winner
 from .record import StatementRecord
 
@@ -44,16 +47,14 @@ def variable(member: VariableMember, value: Expression | None, record: Statement
     starts: dict[tuple[int, ...], StartValue] = {}
     rates: dict[tuple[int, ...], StartValue] = {}
     if member.role in (Role.COORDINATE, Role.STATE, Role.DISCRETE):
-        stated = (
-            record.starts.get(member.name, [])
-            if member.role is Role.DISCRETE
-            else stated_starts(member, record)
-        )
+        stated = stated_starts(member, record)
         start, starts = winner(stated, rate=False, shape=type.shape)
         if member.role is Role.COORDINATE:
             rate, rates = winner(stated, rate=True, shape=rate_type(scope.flattening, type).shape)
-    if member.role is Role.DISCRETE and start is not None:
-        value, start = start.value, None
+    if member.role is Role.DISCRETE:
+        value, start = value if start is None else start.value, None
+        if starts:
+            value, starts = _with_elements(value, starts, type, declaration.span), {}
     return Variable(
         name=member.name,
         role=member.role,
@@ -68,6 +69,16 @@ def variable(member: VariableMember, value: Expression | None, record: Statement
         doc=declaration.doc,
         found=is_found(member),
     )
+
+
+def _with_elements(
+    value: Expression | None, starts: Mapping[Index, StartValue], type: Type, span: Span
+) -> Expression:
+    """Return an array with other values of some elements; what has no value is zero, or false."""
+    nothing = False if type.kind is Kind.BOOLEAN else Fraction(0)
+    zero = Literal(type=types.with_shape(type, ()), span=span, value=nothing)
+    rest = {i: zero if value is None else pick(value, i) for i in subscripts(type.shape)}
+    return stack([starts[i].value if i in starts else one for i, one in rest.items()], type.shape, span)
 
 
 def check_parameter(member: VariableMember, value: Expression) -> None:
@@ -87,7 +98,7 @@ def check_input(member: VariableMember, value: Expression) -> None:
 
 
 def changing(flattening: Flattening, value: Expression, *, time: bool = False) -> str | None:
-    """Return the first name in a value that is no parameter, nor, if it is allowed, the time."""
+    """Return the first name in a value that is not a parameter, nor, if it is allowed, the time."""
     seen: set[str] = set()
     pending = [value]
     while pending:
@@ -208,7 +219,7 @@ def _check_display(scope: Scope, node: ast.Modification, text: str, type: Type) 
     if unit.dimension != type.dimension:
         raise scope.fail(
             "E0328",
-            f"'{text}' is no unit of {types.unit_words(type.dimension, type.angle)}",
+            f"'{text}' is not a unit of {types.unit_words(type.dimension, type.angle)}",
             node.value.span,
         )
 

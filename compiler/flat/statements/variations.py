@@ -12,8 +12,7 @@ from ..model import Expression, Kind, Role, Type
 from ..names.instance import Instance
 from ..names.scope import Interval, Scope
 from ..operands import free_names
-from .loads import label_name
-from .record import StatementRecord
+from .record import StatementRecord, label_name
 from .relations import sides
 
 _RANGE = "a curve has a range: 'independent x from a to b;'"

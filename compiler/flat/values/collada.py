@@ -24,9 +24,9 @@ def collada_triangles(data: bytes, name: str) -> list[Triangle]:
         root = ET.fromstring(data)
         return list(_File(root, name).triangles())
     except (ET.ParseError, KeyError, IndexError) as error:
-        raise ValueError(f"'{name}' is no COLLADA file: {error.args[0]}") from None
+        raise ValueError(f"'{name}' is not a COLLADA file: {error.args[0]}") from None
     except RecursionError:
-        raise ValueError(f"'{name}' is no COLLADA file: a node holds itself") from None
+        raise ValueError(f"'{name}' is not a COLLADA file: a node holds itself") from None
 
 
 class _File:
@@ -35,7 +35,7 @@ class _File:
         for element in root.iter():
             element.tag = element.tag.rpartition("}")[2]
         if root.tag != "COLLADA":
-            raise ValueError(f"'{name}' is no COLLADA file: it begins with '{root.tag}'")
+            raise ValueError(f"'{name}' is not a COLLADA file: it begins with '{root.tag}'")
         self.by_id = {one.get("id"): one for one in root.iter() if one.get("id")}
         self.root = root
 
@@ -83,7 +83,7 @@ class _File:
         except ValueError:
             found = []
         if len(found) != (len(words) if count is None else count):
-            raise ValueError(f"'{self.name}' is no COLLADA file: '{element.tag}' is not so many numbers")
+            raise ValueError(f"'{self.name}' is not a COLLADA file: '{element.tag}' is not so many numbers")
         return found
 
     def geometry(self, geometry: ET.Element, placed: Rows) -> Iterator[Triangle]:

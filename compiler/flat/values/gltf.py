@@ -24,16 +24,16 @@ def gltf_triangles(data: bytes, name: str) -> list[Triangle]:
     try:
         return list(_File(data, name).triangles())
     except (KeyError, IndexError, TypeError, struct.error, json.JSONDecodeError, UnicodeDecodeError) as error:
-        raise ValueError(f"'{name}' is no glTF file: {error}") from None
+        raise ValueError(f"'{name}' is not a glTF file: {error}") from None
     except RecursionError:
-        raise ValueError(f"'{name}' is no glTF file: a node holds itself") from None
+        raise ValueError(f"'{name}' is not a glTF file: a node holds itself") from None
 
 
 class _File:
     def __init__(self, data: bytes, name: str) -> None:
         self.name = name
         if data[:4] != b"glTF" or int.from_bytes(data[4:8], "little") != 2:
-            raise ValueError(f"'{name}' is no glTF file of version 2")
+            raise ValueError(f"'{name}' is not a glTF file of version 2")
         at, parts = 12, {}
         while at + 8 <= len(data):
             size, kind = struct.unpack_from("<I4s", data, at)

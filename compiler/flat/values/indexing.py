@@ -39,7 +39,7 @@ def indexed(scope: Scope, value: Expression, nodes: tuple[ast.Expression, ...], 
     if len(nodes) > len(shape):
         raise scope.fail(
             "E0316",
-            f"{len(nodes)} {'indices' if len(nodes) > 1 else 'index'} on {types.describe(value.type)}",
+            f"{types.describe(value.type)} cannot have {len(nodes)} {'indices' if len(nodes) > 1 else 'index'}",
             span,
             caption="it has no elements" if not shape else f"it has {dimension_words(len(shape))}",
         )
@@ -87,4 +87,5 @@ def _check_bounds(scope: Scope, position: int, size: int, of: Span, span: Span) 
             f"index {position + 1} is outside 1:{size}" if size else f"'{name}' has no elements",
             span,
             caption=f"'{name}' has {size} element{'s' if size != 1 else ''}",
+            help=f"the first one is '{name}[1]', the last one '{name}[{size}]'" if size else "",
         )

@@ -32,7 +32,7 @@ def _stl(data: bytes, name: str) -> list[Triangle]:
     words = data.decode("ascii", errors="replace").split()
     corners = [_corner(words[k + 1 : k + 4], name) for k, word in enumerate(words) if word == "vertex"]
     if not words or words[0] != "solid" or not corners or len(corners) % 3:
-        raise ValueError(f"'{name}' is no STL file")
+        raise ValueError(f"'{name}' is not an STL file")
     return list(zip(corners[::3], corners[1::3], corners[2::3], strict=True))
 
 
@@ -55,9 +55,9 @@ def _places(ends: list[str], count: int, name: str) -> Iterator[int]:
         try:
             place = int(end.partition("/")[0])
         except ValueError:
-            raise ValueError(f"'{name}' is no OBJ file: '{end}' is no corner of a face") from None
+            raise ValueError(f"'{name}' is not an OBJ file: '{end}' is not a corner of a face") from None
         if not 0 < abs(place) <= count:
-            raise ValueError(f"'{name}' is no OBJ file: there is no corner {place}")
+            raise ValueError(f"'{name}' is not an OBJ file: there is no corner {place}")
         yield place - 1 if place > 0 else count + place
 
 
@@ -65,7 +65,7 @@ def _corner(numbers: list[str], name: str) -> Corner:
     try:
         x, y, z = map(float, numbers)
     except ValueError:
-        raise ValueError(f"'{name}' is no mesh: a corner is no three numbers") from None
+        raise ValueError(f"'{name}' is not a mesh: a corner is not three numbers") from None
     return x, y, z
 
 

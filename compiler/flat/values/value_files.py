@@ -89,7 +89,7 @@ def _npz(path: Path, name: str) -> FileNumbers:
     except NoNumbers:
         raise
     except Exception:  # whatever is wrong with the bytes
-        raise NoNumbers("it is no NPZ file of numbers") from None
+        raise NoNumbers("it is not an NPZ file of numbers") from None
 
 
 def _npy(path: Path, name: str) -> FileNumbers:
@@ -99,7 +99,7 @@ def _npy(path: Path, name: str) -> FileNumbers:
     try:
         found = np.load(path, allow_pickle=False)
     except Exception:  # whatever is wrong with the bytes
-        raise NoNumbers("it is no NPY file of numbers") from None
+        raise NoNumbers("it is not an NPY file of numbers") from None
     return _array(found)
 
 
@@ -110,7 +110,7 @@ def _matrix_market(path: Path, name: str) -> FileNumbers:
     try:
         found = mmread(path)
     except Exception:  # whatever is wrong with the text
-        raise NoNumbers("it is no Matrix Market file") from None
+        raise NoNumbers("it is not a Matrix Market file") from None
     return _array(found.toarray() if hasattr(found, "toarray") else found)
 
 

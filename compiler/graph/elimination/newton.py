@@ -1,12 +1,13 @@
 """Systems of nonlinear equations solved by Newton's method in the graph, from a guess.
 
-Steps are shortened where they lead away: where the next step by the same derivatives would not be shorter, in shares of the
-unknowns. The rows themselves would tell of one that is nearly solved more than of all that are not.
+A step is shortened where it diverges: where the next step with the same derivatives would not be shorter, relative to the
+unknowns. Residuals are not a measure, as a row that is nearly solved may outweigh all that are not.
 P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3 (the natural test of monotonicity).
-Each further step stands in a branch that is not entered once steps are small. A last step polishes the result, so that it is exact to rounding, and its derivatives are those of the implicit function; n such steps
-give derivatives up to the order 2^n - 1, whatever the guess was.
-Of more equations than unknowns the steps are those of least squares, and all must hold. Where nothing is found the result
-is no number.
+When steps have become small, one more makes the result exact to rounding; numeric code skips the remaining
+steps (compiler/program/branches.py). Its derivatives are those of the implicit function, not of the steps: for one unknown
+those of a further step from it, for several those of n steps, which are exact up to the order 2^n - 1 (``Graph.derived``).
+With more equations than unknowns the steps are those of least squares, and all equations must hold. Where none is found the
+result is not a number.
 """
 
 from __future__ import annotations
@@ -25,6 +26,12 @@ from .eliminate import solve
 
 STEPS = 30
 """Most steps of the iteration, those that are taken back included."""
+
+PLAIN = 6
+"""Whole steps before these: nearly always they suffice, and they need no more than the rows and their derivatives."""
+
+MOST_PLAIN = 3
+"""Unknowns of systems that are solved so: code for more is so long that it is rolled up, with all steps computed."""
 
 SMALL = 1e-9
 """Step, as a share of the unknown, at which the iteration ends; an unknown whose steps stay larger is not determined."""
@@ -61,36 +68,27 @@ def newton(
     *,
     along: bool = False,
 ) -> Nodes:
-    """Return what makes all rows vanish, found from a guess, with so many last steps. Raises DivisionByZero where they
-    determine nothing there. ``along``: steps are solved along the structure, each row for its own unknown, so that the cost grows with
+    """Return what makes all rows vanish, found from a guess, with the derivatives of so many last steps. Raises DivisionByZero where
+    they determine nothing there. ``along``: steps are solved along the structure, each row for its own unknown, so that the cost grows with
     the number of unknowns and not with its cube; their derivatives must not vanish."""
     system = _System(graph, rows, unknowns, along=along)
     point = system.at(tuple(guess), tuple(map(graph.abs, guess)))
-    scale = system.scale(point)
     if system.linear:
+        scale = system.scale(point)
         step = system.step(point)
         point = system.at(tuple(map(graph.add, point.values, step)), point.largest)
         rest = system.step(point)  # of what rounding leaves beside the guess
         return system.checked(tuple(map(graph.add, point.values, rest)), system.small(point, rest, scale))
-    fraction = graph.one
-    found: list[tuple[Node, _Point]] = []
-    for _ in range(STEPS):
-        step = system.step(point)
-        found.append((system.small(point, step, scale), point))
-        moved = tuple(graph.add(x, graph.mul(fraction, d)) for x, d in zip(point.values, step, strict=True))
-        tried = system.at(moved, point.largest)
-        better = system.nearer(tried, point, step)
-        longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
-        fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
-        point = system.chosen(better, tried, point)
-    nowhere = graph.acos(graph.add(graph.two, graph.abs(point.values[0])))
-    result: Nodes = (nowhere,) * len(unknowns)
-    for small, at in reversed(found):
-        result = tuple(graph.select(small, a, b) for a, b in zip(at.values, result, strict=True))
-    for _ in range(polish):
-        last = system.at(result, tuple(map(graph.abs, result)))
-        result = tuple(map(graph.add, result, system.step(last)))
-    return result
+    if len(rows) == len(unknowns) <= MOST_PLAIN:
+        close, start = system.plainly(point)
+        result = tuple(map(graph.select, (close,) * len(start), start, system.shortened(start)))
+    else:
+        result = system.shortened(tuple(guess))
+    formulas = tuple(graph.derived(n, graph.zero) for n in result)
+    for _ in range(1 if system.alone else polish):
+        last = system.at(formulas, tuple(map(graph.abs, formulas)))
+        formulas = tuple(map(graph.add, formulas, system.step(last)))
+    return tuple(map(graph.derived, result, formulas))
 
 
 def linear_solution(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]) -> Nodes:
@@ -99,7 +97,7 @@ def linear_solution(graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node]
     system = _System(graph, rows, unknowns)
     point = system.at(zeros, zeros)
     if len(rows) == len(unknowns) == 1:
-        return (graph.neg(graph.div(point.residual[0], point.matrix[0][0])),)
+        return system.step(point)
     sizes = tuple(graph.sum(map(graph.abs, line)) for line in point.matrix)
     return system.step(replace(point, sizes=sizes))
 
@@ -117,6 +115,7 @@ class _System:
         self, graph: Graph, rows: Sequence[Node], unknowns: Sequence[Node], *, along: bool = False
     ) -> None:
         self.graph, self.rows, self.unknowns = graph, list(rows), list(unknowns)
+        self.alone = len(rows) == len(unknowns) == 1
         self.along = along
         self.slopes = jacobian(graph, self.rows, self.unknowns)
         self.terms = [terms_of(graph, row) for row in rows]
@@ -124,6 +123,56 @@ class _System:
         self.linear = not any(
             symbols & set(graph.support(slope)) for row in self.slopes for slope in row.values()
         )
+
+    def plainly(self, point: _Point) -> tuple[Node, Nodes]:
+        """Return whether whole steps become small soon, and what they lead to: the solution, or the last point of those that came nearer."""
+        graph = self.graph
+        found: list[tuple[Node, Nodes, Nodes, Node]] = []
+        for k in range(PLAIN):
+            step = self.step(point)
+            end = tuple(map(graph.add, point.values, step))
+            small = graph.one
+            for x, d in zip(point.values, step, strict=True):
+                limit = graph.mul(graph.constant(SMALL), graph.abs(x))
+                small = graph.logical_and(small, graph.less_equal(graph.abs(d), limit))
+            if k == PLAIN - 1:  # whether the last one came nearer is not asked
+                found.append((small, end, point.values, graph.zero))
+                break
+            tried = self.at(end, point.largest)
+            found.append((small, end, point.values, self.nearer(tried, point, step)))
+            point = tried
+        close, result = graph.zero, point.values
+        for small, end, start, better in reversed(found):
+            close = graph.select(small, graph.one, graph.select(better, close, graph.zero))
+            result = tuple(
+                graph.select(small, a, graph.select(better, b, c))
+                for a, b, c in zip(end, result, start, strict=True)
+            )
+        return close, result
+
+    def shortened(self, guess: Nodes) -> Nodes:
+        """Return the solution that steps lead to, shortened where they lead away."""
+        graph = self.graph
+        point = self.at(guess, tuple(map(graph.abs, guess)))
+        scale = self.scale(point)
+        fraction = graph.one
+        found: list[tuple[Node, Nodes]] = []
+        for _ in range(STEPS):
+            step = self.step(point)
+            found.append((self.small(point, step, scale), tuple(map(graph.add, point.values, step))))
+            moved = tuple(
+                graph.add(x, graph.mul(fraction, d)) for x, d in zip(point.values, step, strict=True)
+            )
+            tried = self.at(moved, point.largest)
+            better = self.nearer(tried, point, step)
+            longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
+            fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
+            point = self.chosen(better, tried, point)
+        nowhere = graph.acos(graph.add(graph.two, graph.abs(point.values[0])))
+        result: Nodes = (nowhere,) * len(guess)
+        for small, end in reversed(found):
+            result = tuple(graph.select(small, a, b) for a, b in zip(end, result, strict=True))
+        return result
 
     def at(self, values: Nodes, largest: Nodes) -> _Point:
         graph = self.graph
@@ -174,8 +223,8 @@ class _System:
 
     def nearer(self, tried: _Point, point: _Point, step: Nodes) -> Node:
         """Tell whether a point is nearer to a solution than the one from where a step led to it."""
-        if len(self.rows) == len(self.unknowns) == 1:
-            return self._fewer(tried.residual, point.residual, point.sizes)
+        if self.alone:
+            return self.graph.less(self.graph.abs(tried.residual[0]), self.graph.abs(point.residual[0]))
         rest = self._solved(point, tried.residual)
         return self._fewer(rest, step, tried.largest)
 
@@ -239,6 +288,8 @@ class _System:
     def _solved(self, point: _Point, residual: Nodes) -> Nodes:
         """Return what makes a residual vanish by the derivatives of a point, rows as shares of their sizes."""
         graph, count = self.graph, len(self.unknowns)
+        if self.alone:
+            return (graph.neg(graph.div(residual[0], point.matrix[0][0])),)
         if self.along:
             symbols, solutions = self._structured
             places = dict(zip(self.unknowns, point.values, strict=True))

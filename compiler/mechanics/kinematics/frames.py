@@ -116,7 +116,7 @@ def displaced(graph: Graph, frame: Frame, pose: Pose) -> Frame:
 
 
 def pose_between(frame: Frame, ancestor: Frame) -> Pose | None:
-    """Return the steps that lead from ``ancestor`` to ``frame``, or None if it is no ancestor."""
+    """Return the steps that lead from ``ancestor`` to ``frame``, or None if it is not an ancestor."""
     steps: list[Step] = []
     at: Frame | None = frame
     while at is not None and at is not ancestor:

@@ -1,4 +1,4 @@
-"""Virtual displacements at joints: how reactions are found (read in ``equations/solve/joint_reactions.py``).
+"""Virtual displacements at joints: how reactions are found (read in ``equations/solve/queries.py``).
 
 A joint whose reaction is asked for gets, on its ``to`` side, a displacement that is always zero but has a rate of
 its own. The row of the residual that belongs to this rate is the force (or moment) that the joint exerts there:

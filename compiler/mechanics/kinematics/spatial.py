@@ -6,10 +6,10 @@ With w the angular velocity, v the velocity of the origin, both in body axes, an
     rotation R (B to A), relative rate s in B:   w_B = R^T w_A + s,   w'_B = R^T w'_A + (R^T w_A) x s + s'
 
 (Featherstone 2008, ch. 3, with classical instead of spatial accelerations.) A uniform field is carried as an
-acceleration -g of the root, so gravity costs nothing further. World components are formed only where asked for.
+acceleration -g of the root, so gravity costs nothing extra. World components are formed only where they are requested.
 
-Their rates are offered to the total derivative: those of a rotation R are R (w x .), those of positions that hang on
-the world by rotations are R v_B and R a_B. Term by term, the derivatives of n links would cost n^2.
+The total derivative uses these rates: R (w x .) for a rotation R, R v_B and R a_B for positions that rotations connect to
+the world. Differentiated term by term, n links would cost n^2.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Free frames are nodes, joints are edges. Rigid connections hold frames together before any joint does, as they have no
 freedom: they are edges of the tree unless connections alone form a loop. The spanning tree grows from ``world`` in the
 order of declaration; joints marked ``cut`` and joints between what the tree holds already are closures. Decided from
-names alone, before any formula exists, because the coordinates of a closure are no unknowns.
+names alone, before any formula exists, because the coordinates of a closure are not unknowns.
 """
 
 from __future__ import annotations

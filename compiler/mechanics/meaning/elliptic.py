@@ -7,15 +7,13 @@ parameter m = k^2, below 1.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from fractions import Fraction
 
 from ...graph import Graph, Node
 
 STEPS = 9
 """Each doubles the digits: from 1 - m = 1e-16 on they give 30."""
-
-Means = Sequence[tuple[Node, Node]]
 
 
 def _means(graph: Graph, m: Node) -> list[tuple[Node, Node]]:

@@ -32,7 +32,6 @@ from ...flat.model import (
 )
 from ...graph import DivisionByZero, Graph, Node
 from ...graph import operations as ops
-from ...graph.kinks import COMPARING, as_choices
 from ...graph.rewrite import substitute
 from ...graph.vector import quaternion_rotation
 from ..kinematics.frames import Frame, FrameKinematics, Point
@@ -40,10 +39,8 @@ from ..kinematics.pose import Turn
 from ..kinematics.rates import TotalDerivative
 from ..modes import Clock
 from .delays import Delays
-from .fields import derivative_of_field
 from .functions import FUNCTIONS
 from .integrals import Integrals
-from .noise import check_noise, noise, over_period, positive_period
 from .questions import Questions, title
 from .symbols import Symbols
 from .tables import Tables
@@ -97,8 +94,8 @@ class Lowering:
         """What must hold of shapes whose distance nothing changes, by the name of their contact."""
         self.relations: dict[Node, None] = {}
         """Conditions that compare numbers, signs and whole parts, as the user wrote them."""
-        self.leading: set[Node] = set()
-        """Those of them that decide whether a friction sticks, which turn before others are asked."""
+        self.leading: dict[Node, str] = {}
+        """Those of them that decide whether a friction sticks, which turn before others are asked, with what they are called."""
         self.clocks: dict[tuple[Node, Node], Clock] = {}
         self.initial: Node | None = None
         """The symbol of ``initial()``, if it is used."""
@@ -186,6 +183,8 @@ class Lowering:
             case "delay":
                 return self._delayed(expression)
             case "noise":
+                from .noise import check_noise, noise, over_period, positive_period
+
                 seed, period = (self.scalar(x) for x in arguments)
                 check_noise(self.graph, self._symbols, seed, period, expression.span, self.reporter)
                 if self.graph.is_constant(period):
@@ -275,10 +274,13 @@ class Lowering:
 
     def switching(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """Return nodes whose kinks and jumps are switches like those of ``if``: where their rates jump, a run stops."""
+        from ...graph.kinks import COMPARING, as_choices
+
         symbols = self._symbols
         fixed = {s.node for s in (*symbols.parameters, *symbols.discretes)}
         found = self.unknowns.found
-        bent = as_choices(self.graph, nodes, fixed, found)
+        whole = {*found, *self.relations}  # where these change a run stops anyway
+        bent = as_choices(self.graph, nodes, fixed, whole)
         compared = (n for n in self.graph.reach(bent, found) if self.graph.op(n) in COMPARING)
         self.relations |= dict.fromkeys(compared)
         return bent
@@ -427,6 +429,8 @@ class Lowering:
 
     def _field_derivative(self, expression: FieldDerivative) -> Value:
         """Return a derivative by place; what the field compares is looked for at the place itself."""
+        from .fields import derivative_of_field
+
         place = self._numbers(self.value(expression.place))
 
         def field(at: Value) -> Value:

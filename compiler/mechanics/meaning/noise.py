@@ -53,6 +53,7 @@ def check_noise(
             f"a noise with the period {float(graph.value(period)):g} s is none",
             span,
             caption="a period is positive",
+            help="write the time from one random number to the next, as in 'noise(1, 0.1 s)'",
         )
 
 

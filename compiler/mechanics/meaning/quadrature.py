@@ -21,7 +21,7 @@ SHORTER = Fraction(4, 32)
 
 BENT = 5.0
 """Where an integrand bends inside of a piece, a rule is off by at most this much times its largest difference from its
-companions: a power of the distance from one place, anywhere but next to an end (tests/compiler/test_quadrature.py)."""
+companions: a power of the distance from one place, anywhere but next to an end (tests/compiler/mechanics/test_integrals.py)."""
 
 
 class Rule(Struct, frozen=True):

@@ -91,7 +91,7 @@ def unit_text(dimension: Dimension) -> str:
 
 
 def declare(graph: Graph, model: FlatModel, dropped: frozenset[str] = frozenset()) -> Symbols:
-    """Make the symbols of every variable of a model; ``dropped`` coordinates are no unknowns and get none."""
+    """Make the symbols of every variable of a model; ``dropped`` coordinates are not unknowns and get none."""
     values: dict[str, Value] = {}
     rates: dict[str, Value] = {}
     scalars: dict[Role, list[Scalar]] = {role: [] for role in Role}

@@ -13,7 +13,6 @@ from ...flat.model import FlatModel, Origin
 from ...flat.unknowns import UnknownGroup, felt, groups
 from ...graph import DivisionByZero, Node
 from ...graph.differentiate import jvp
-from ...graph.elimination.clashes import clash, linear
 from ...graph.elimination.newton import linear_solution, newton
 from ...graph.rewrite import substitute
 from .values import Value, elements, filled
@@ -56,7 +55,7 @@ class UnknownSystems:
         self._felt = felt(model)
         self._values: dict[str, Value] = {}
         self.found: dict[Node, None] = {}
-        """All numbers found: what Newton's method compares inside them is no condition of the model."""
+        """All numbers found: what Newton's method compares inside them is not a condition of the model."""
         self.conditions: list[SolvedCondition] = []
         self.systems: list[UnknownSystem] = []
 
@@ -66,6 +65,8 @@ class UnknownSystems:
         return self._values[name]
 
     def _solve(self, group: UnknownGroup) -> None:
+        from ...graph.elimination.clashes import clash, linear
+
         lowering, graph = self._lowering, self._lowering.graph
         symbols = {
             u.name: filled(self._shapes[u.name], lambda i, u=u: graph.symbol(f"?{u.name}{list(i)}"))  # type: ignore[misc]

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..model import Literal, Load, Lookup, Operate, ProgramFunction, Store
 from . import rolled
-from .indices import Indices, is_affine
 from .loop_carried import CarriedValue
 from .nest import Nest, Nests, StatementSite
 from .places import PAD, Places
@@ -29,8 +28,7 @@ from .rolled import (
     Rolled,
 )
 from .runs import count_of_sites, runs
-from .sinking import sunk
-from .stream import Numbers, stream, tokens
+from .stream import Numbers, Stream, stream, tokens
 
 WORTH = 4
 """A function becomes loops where these have at most this part of its statements."""
@@ -190,3 +188,85 @@ class _Writer:
 
 def _writes_parameters(body: Sequence[Item]) -> bool:
     return any(isinstance(item, Put) and item.array == "p" for item in body)
+
+
+class Indices:
+    """Makes indices; ``tables`` collects what is not affine, ``numbered`` the loops whose iterations those count."""
+
+    def __init__(self) -> None:
+        self.tables: list[tuple[int, ...]] = []
+        self.numbered: set[int] = set()
+        self._known: dict[bytes, int] = {}
+
+    def index(self, numbers: Numbers, chain: Sequence[Nest]) -> Index:
+        """Return the index whose values are these, one for each iteration of the last loop of the chain."""
+        if not chain:
+            return Index(int(numbers[0]))
+        nest = chain[-1]
+        inside = np.ones(len(numbers), bool)
+        inside[nest.starts] = False
+        steps = np.diff(numbers)[inside[1:]]
+        if not steps.size or (steps == steps[0]).all():
+            outer = self.index(numbers[nest.starts], chain[:-1])
+            if not steps.size or steps[0] == 0:
+                return outer
+            return Index(
+                outer.base, (*outer.strides, (nest.number, int(steps[0]))), outer.table, outer.numbered
+            )
+        self.numbered.add(nest.number)
+        return Index(table=self._table(numbers), numbered=nest.number)
+
+    def _table(self, numbers: Numbers) -> int:
+        key = numbers.tobytes()
+        if key not in self._known:
+            self._known[key] = len(self.tables)
+            self.tables.append(tuple(numbers.tolist()))
+        return self._known[key]
+
+
+def is_affine(index: Index) -> bool:
+    return index.table < 0
+
+
+def sunk(nests: Nests) -> Stream:
+    """Return the stream with each such iteration, as a whole, before its first reader; the order of the rest stays."""
+    made = nests.stream
+    n = len(made.done)
+    unit = np.full(n, -1, np.int64)
+    units = 0
+    for nest in nests.top:
+        if type(nest) is Nest and nest.independent and not _fixed(nests, nest):
+            for site in nest.children:
+                assert type(site) is StatementSite
+                unit[site.statements] = units + np.arange(len(site.statements))
+            units += nest.total
+    first = [n] * units
+    # readers come later: the key of a unit is known when its statements are met
+    for i, own, read in _readers(made, unit):
+        key = first[own] if own >= 0 and first[own] < n else i
+        if key < first[read]:
+            first[read] = key
+    keys = np.arange(n)
+    keys_of_units = np.array([*first, n])[unit]
+    keys = np.where(keys_of_units < n, keys_of_units, keys)
+    return made.ordered(np.argsort(keys, kind="stable"))
+
+
+def _readers(made: Stream, unit: Numbers) -> Iterator[tuple[int, int, int]]:
+    """Yield, from the last one on, each statement that reads another unit: it, its own unit or -1, and that one."""
+    operands = made.operands[::-1]
+    read = np.where(operands >= 0, unit[np.maximum(operands, 0)], -1)
+    own = np.broadcast_to(unit[::-1, None], read.shape)
+    rows, columns = np.nonzero((read >= 0) & (read != own))
+    yield from zip(
+        (len(unit) - 1 - rows).tolist(),
+        own[rows, columns].tolist(),
+        read[rows, columns].tolist(),
+        strict=True,
+    )
+
+
+def _fixed(nests: Nests, nest: Nest) -> bool:
+    """Whether a loop writes what is read by its name: parameters."""
+    first = [nests.stream.statement(s.statements[0]) for s in nests.sites_in([nest])]
+    return any(type(s) is Store and s.array == "p" for s in first)

@@ -1,17 +1,17 @@
-"""How far two integrators of one model may be apart: by what each of them differs from itself at another tolerance.
+"""How far two integrators of one model may differ: a bound from each of them at two tolerances.
 
 The native run has a companion at a tolerance a hundred times tighter; their difference is its error, and ``SAFETY``
 covers what such an estimate may miss. The run of another integrator has a companion at a tolerance a hundred times
 looser; their difference is the error of the companion, an upper bound. The sum bounds the difference of the two runs.
-It is over the size of each state (nominal value and largest value), the largest so far in time, and never below
-``SAFETY`` times the tolerances. Where motion is chaotic the bound grows, and it is compared up to ``AGREED``: but then a
-native run at the loose tolerance has to go elsewhere, too. Where that stays within ``STEADY`` the motion is not chaotic, and
-two runs of the integrator that disagree are an error.
+It is relative to the size of each state (nominal value and largest value), does not decrease in time, and is at least
+``SAFETY`` times the tolerances. Where motion is chaotic the bound grows, and the runs are compared until it reaches ``AGREED``. But then a
+native run at the loose tolerance has to diverge, too. If it stays within ``STEADY``, the motion is not chaotic, and
+two runs of the other integrator that disagree are an error.
 
-Events fall at times that have errors of their own, and a run that is a little late is elsewhere by a whole jump meanwhile; near the
-end of bounces that shrink, two runs differ in the number of bounces. So runs with events are compared as curves in time and state: a
-state counts as near to a side of an event at another time if it is near in both, where the difference of time is counted over
-the ``pace``, the shortest time in which a state changes by its size. On smooth pieces this is at least half of the difference at one time.
+The times of events have errors of their own: between the events of two runs their states differ by the whole jump, and near the
+end of a sequence of shrinking bounces two runs differ in the number of bounces. So runs with events are compared as curves in time and
+state: a state is compared with the state before or after an event at another time, and the difference of the times is divided by the
+``pace``, the shortest time in which a state changes by its size. On smooth pieces this is at least half of the difference at one time.
 """
 
 from __future__ import annotations

@@ -47,13 +47,13 @@ def opened(path: Path) -> Iterator[zipfile.ZipFile]:
 
 
 def archive_findings(path: Path) -> list[Finding]:
-    """Return why an archive must not be unpacked, or is no FMU; sizes are those that unpacking keeps to."""
+    """Return why an archive must not be unpacked, or is not an FMU; sizes are those that unpacking keeps to."""
     try:
         with opened(path) as archive:
             unfit = [Finding("archive", text) for text in _unfit(archive)]
             damaged = None if unfit else archive.testzip()
     except NoArchive as error:
-        return [Finding("archive", f"the file is no FMU: {error}")]
+        return [Finding("archive", f"the file is not an FMU: {error}")]
     return unfit + ([Finding("archive", f"'{damaged}' in it is damaged")] if damaged else [])
 
 
@@ -73,7 +73,7 @@ def _unfit(archive: zipfile.ZipFile) -> Iterator[str]:
         yield f"unpacked it would take {size / 1e9:.1f} GB, of which at most {LARGEST / 1e9:g} are allowed"
     names = [entry.filename for entry in entries]
     if DESCRIPTION not in names:
-        yield f"the file is no FMU: there is no {DESCRIPTION} in it"
+        yield f"the file is not an FMU: there is no {DESCRIPTION} in it"
     seen: dict[str, tuple[str, int, int]] = {}
     for entry in entries:
         name = entry.orig_filename

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 import hashlib
 import io
+import re
 import zipfile
 from collections.abc import Collection, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
 from types import MappingProxyType
 
 from msgspec import Struct
@@ -27,7 +30,6 @@ from ..alone import standing_alone
 from ..c import emit_c
 from . import arrays, model_description2, model_description3, terminals
 from .identity import Identity, checked_identifier
-from .licences import header_folder, licences
 from .platforms import HOST, binaries
 from .sources import driving, sources, with_token
 from .table import settable_parameters, variable_table
@@ -201,3 +203,43 @@ def _zipped(files: Mapping[str, bytes]) -> bytes:
             info.external_attr = 0o100644 << 16
             archive.writestr(info, files[name])
     return memory.getvalue()
+
+
+FIRST = """\
+This FMU was made from a model. The rights to the model are those of its author.
+
+Code of others in this file, as source text and in the binaries:
+
+- the integration kernel and the interface, sources/*.c and *.h other than model.c and description.c:
+  MIT licence, see mechc.txt
+- the headers of the Functional Mock-up Interface, fmi{fmi}*.h: 2-Clause BSD licence, see fmi.txt
+"""
+
+
+def header_folder() -> Path:
+    """Return where fmpy keeps the headers; it is not imported, which fails on machines that FMI has no name for."""
+    spec = find_spec("fmpy")
+    assert spec is not None and spec.submodule_search_locations, "mechc depends on fmpy"
+    return Path(spec.submodule_search_locations[0]) / "c-code"
+
+
+def licences(fmi: int) -> dict[str, str]:
+    """Return the texts by file name; ``license.txt`` is the one to begin with."""
+    import mechc.runtime
+
+    own = Path(mechc.runtime.__file__).parent / "kernel" / "LICENSE"
+    header = header_folder() / f"fmi{fmi}Functions.h"
+    return {
+        "license.txt": FIRST.format(fmi=fmi),
+        "mechc.txt": own.read_text(encoding="utf-8"),
+        "fmi.txt": bsd_notice(header.read_text(encoding="utf-8")),
+    }
+
+
+def bsd_notice(header: str) -> str:
+    """Cut the copyright lines and the licence out of a header. Raises ValueError if there are none."""
+    found = re.search(r"^[ \t]*Copyright.*?POSSIBILITY\s+OF\s+SUCH\s+DAMAGE\.", header, re.S | re.M)
+    if not found:
+        raise ValueError("the header of the standard holds no licence")
+    rows = [re.sub(r"^\s*\*? ?", "", row).rstrip() for row in found[0].splitlines()]
+    return "\n".join(rows) + "\n"

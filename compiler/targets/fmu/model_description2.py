@@ -28,7 +28,7 @@ def write(identity: Identity, table: VariableTable) -> str:
     definitions(root, identity, table)
     variables = SubElement(root, "ModelVariables")
     for variable in table.variables:
-        # event indicators are no variables in this version
+        # event indicators are not variables in this version
         if variable.index not in table.indicators:
             _variable(variables, variable, "me" in identity.kinds)
     _structure(root, table)

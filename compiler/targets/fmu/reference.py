@@ -129,7 +129,7 @@ def deviation(
             continue
         found = np.interp(reference.time, time, columns[name])
         error = np.where(inside, np.abs(found - reference.columns[name]) / scale[name], 0.0)
-        k = int(np.argmax(error))  # the first of those that are no numbers, if there are such
+        k = int(np.argmax(error))  # the first of those that are not numbers, if there are such
         if worst is None or not error[k] <= worst.size:
             worst = Deviation(float(error[k]), name, float(reference.time[k]))
     return worst

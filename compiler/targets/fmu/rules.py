@@ -60,9 +60,9 @@ def check_file(path: Path) -> list[Finding]:
     try:
         root = ElementTree.fromstring(read_description(path))
     except NoArchive as error:
-        return [Finding("archive", f"the file is no FMU: {error}")]
+        return [Finding("archive", f"the file is not an FMU: {error}")]
     except (ElementTree.ParseError, ValueError, LookupError) as error:  # or it is in no known encoding
-        return [Finding("archive", f"modelDescription.xml is no XML: {error}")]
+        return [Finding("archive", f"modelDescription.xml is not an XML: {error}")]
     return list(dict.fromkeys([*_by_fmpy(path), *check_description(root)]))
 
 
@@ -94,7 +94,9 @@ def _order(root: Element, version: int) -> Iterator[Finding]:
     tags = [child.tag for child in root]
     for tag in tags:
         if tag not in order:
-            yield Finding("element order", f"<{tag}> is no element of a model description of FMI {version}")
+            yield Finding(
+                "element order", f"<{tag}> is not an element of a model description of FMI {version}"
+            )
     known = [order.index(tag) for tag in tags if tag in order]
     if known != sorted(known):
         yield Finding("element order", "the elements of the model description are in the wrong order")

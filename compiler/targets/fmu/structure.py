@@ -51,7 +51,7 @@ def structure_findings(root: Element, variables: list[Described], version: int) 
             or state.causality not in ("local", "output")
         ):
             yield Finding(
-                "derivative of", f"'{v.name}' is the derivative of '{state.name}', which is no state"
+                "derivative of", f"'{v.name}' is the derivative of '{state.name}', which is not a state"
             )
     if len(states) < len([k for k in derivatives if k in by_key and by_key[k].derivative is not None]):
         yield Finding("derivative of", "two derivatives belong to one state")

@@ -182,7 +182,7 @@ def _list_states(listing: Listing, free: Sequence[bool]) -> None:
 
 
 def _list_rates(listing: Listing) -> tuple[int, ...]:
-    """List the rates that are no states themselves; return the positions of all, in the order of the states."""
+    """List the rates that are not states themselves; return the positions of all, in the order of the states."""
     equations = listing.equations
     symbols = {slot: n for n, slot in equations.layout.items()}
     rates = _outputs_of(equations, "rhs")
@@ -241,7 +241,7 @@ def _list_parameters(listing: Listing, settable: Sequence[int]) -> None:
 
 
 def _list_outputs(listing: Listing) -> None:
-    """List the outputs that are no states, and the discrete variables."""
+    """List the outputs that are not states, and the discrete variables."""
     states = {e.name for e in listing.equations.states}
     for i, entry in enumerate(listing.equations.outputs):
         if entry.name not in states:

@@ -13,7 +13,7 @@ class FmuVariable(Struct, frozen=True):
     """One scalar. ``index``: its position in the list, from 1; ``reference``: the value reference.
 
     ``derivative``: the index of the state of which this is the derivative, else 0. ``depends``: positions
-    of the knowns of a derivative or an output; None where this is no unknown. ``initially``: the same for
+    of the knowns of a derivative or an output; None where this is not an unknown. ``initially``: the same for
     the initial value; None also where it depends on everything.
     """
 

@@ -17,6 +17,7 @@ EMPTY: Final = 0x40
 IF: Final = bytes((0x04, EMPTY))
 LOOP: Final = bytes((0x03, EMPTY))
 END: Final = b"\x0b"
+DROP: Final = b"\x1a"
 SELECT: Final = b"\x1b"
 I32_EQZ: Final = b"\x45"
 I32_EQ: Final = b"\x46"

@@ -8,7 +8,9 @@ from itertools import chain
 from typing import Final
 
 from ...graph.table import Samples
-from ...program import Program, ProgramFunction, chunk
+from ...program import Program, ProgramFunction
+from ...program.branches import mostly_branches
+from ...program.chunk import chunk
 from ...program.loops.rolled import Rolled
 from ...program.model import Body
 from ...program.shared_bodies import in_common
@@ -23,9 +25,9 @@ from .straight import Arrays, FunctionWriter, number
 WITH_SHARES: Final = "with_shares"
 """The function of the kernel (``mechc/web/kernel/web_shares.c``)."""
 
-LONGEST: Final = 1600
-"""Operations of one body. Ones of 800 or 3000 are as fast within the noise (Stewart platform, Fekete points, V8); short ones pass more
-through the workspace, and V8 takes no longer ones than 7.6 MB."""
+LONGEST: Final = 3000
+"""Operations of one body. Ones of 800 or 1600 are as fast within the noise (Stewart platform, Fekete points, V8), but pass more through
+the workspace, of which pages are longer; V8 takes no longer ones than 7.6 MB."""
 
 ALIGNED: Final = 16
 """Bytes of which the stack takes multiples."""
@@ -34,7 +36,8 @@ ALIGNED: Final = 16
 def place_functions(program: Program, place: MemoryPlace) -> None:
     """Write all functions of a program."""
     loops = loops_of(program)
-    program = chunk(in_common(program, LONGEST, {*loops}), LONGEST, {*loops})
+    whole = {*loops, *(f.name for f in program.functions if mostly_branches(f))}
+    program = chunk(in_common(program, LONGEST, whole), LONGEST, whole)
     tables = {}
     for i, table in used_tables(program):
         if isinstance(table, Samples):

@@ -31,10 +31,11 @@ INSTRUCTIONS: Final[Mapping[str, bytes]] = {
     "i32.or": b.I32_OR,
     "i32.eqz": b.I32_EQZ,
     "select": b.SELECT,
+    "drop": b.DROP,
 }
 
 OF_KERNEL: Final = "f_"
-"""Begins the names of functions of the kernel that are no functions of the C library."""
+"""Begins the names of functions of the kernel that are not functions of the C library."""
 
 
 class WasmRow(Struct, frozen=True):

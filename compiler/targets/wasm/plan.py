@@ -5,9 +5,8 @@ from __future__ import annotations
 from ctypes import c_int, c_void_p
 from typing import Final
 
-from mechc.runtime.integrate.kernel_sizes import KINDS
 from mechc.runtime.native.contract import Contract, QuantityStruct, SizesStruct
-from mechc.runtime.nominal import sizes_of
+from mechc.runtime.nominal import KINDS, sizes_of
 
 from ...program import Program
 from ..model_data import ArrayPointer, FunctionPointer, StructArray, StructPointer, model_data

@@ -9,6 +9,7 @@ from typing import assert_never
 from ...program.loops.rolled import (
     NUMBERS,
     Carried,
+    Carry,
     Compute,
     Index,
     Item,
@@ -36,6 +37,7 @@ class Loops:
         """Address, and whether its numbers have 16 bits."""
         self.numbers = writer.place.numbers([number(n) for n in rolled.numbers]) if rolled.numbers else 0
         self.counters: dict[int, int] = {}
+        """Of the loops around; so are the registers."""
         self.numbered = {
             loop.counter: writer.local(b.I32) for loop in _loops_in(rolled.items) if loop.numbered
         }
@@ -44,9 +46,16 @@ class Loops:
         self.kept: dict[int, int] = {}
         self.before: dict[int, int] = {}
 
-    def items(self, items: Sequence[Item]) -> None:
-        """Append the code of statements."""
-        for item in items:
+    def items(self, items: Sequence[Item], carried: Sequence[Carry] = ()) -> None:
+        """Append the code of statements, and then of what they carry to the next iteration. Locals are used again after the last
+        statement that reads their values."""
+        last = {value: k for k, item in enumerate(items) for value in _read_in(item)}
+        last |= {carry.source: len(items) for carry in carried}
+        ends: list[list[int]] = [[] for _ in range(len(items) + 1)]
+        for k, item in enumerate(items):
+            if isinstance(item, Compute):
+                ends[last.get(item.number, k)].append(item.number)
+        for k, item in enumerate(items):
             match item:
                 case Compute():
                     self._compute(item)
@@ -60,6 +69,15 @@ class Loops:
                     self._loop(item)
                 case _:
                     assert_never(item)
+            self._forget(ends[k])
+        for carry in carried:
+            self.writer.flush(self.values[carry.source].as_kind(False) + b.put(self.before[carry.number]))
+        self._forget(ends[-1])
+
+    def _forget(self, values: Sequence[int]) -> None:
+        for value in values:
+            for local in self.values.pop(value).reads:
+                self.writer.release(local)
 
     def _compute(self, item: Compute) -> None:
         operands = [self._operand(o) for o in item.operands]
@@ -68,35 +86,26 @@ class Loops:
         else:
             assert not isinstance(item.statement, Operate)
             value = self.writer.lookup(item.statement.table, item.statement.order, operands[0])
-        known = self.values.get(item.number)
-        if known is None or known.condition != value.condition:
-            known = self._local(value.condition)
-            self.values[item.number] = known
-        self.writer.flush(value.code + _put(known))
+        local = self.writer.local(b.I32 if value.condition else b.F64)
+        known = self.values[item.number] = Fragment(b.get(local), value.condition, (local,), True)
+        self.writer.flush(value.code + b.put(local))
         if item.kept:
             self.writer.flush(known.as_kind(False) + b.put(self.kept[item.number]))
         if item.place is not None:
             self.writer.flush(self._store("w", item.place, known.as_kind(False)))
 
-    def _local(self, condition: bool) -> Fragment:
-        return Fragment(b.get(self.writer.local(b.I32 if condition else b.F64)), condition, (), True)
-
     def _loop(self, item: Loop) -> None:
         writer, flush = self.writer, self.writer.flush
-        if item.counter not in self.counters:
-            self.counters[item.counter] = writer.local(b.I32)
-        i, trips = self.counters[item.counter], writer.local(b.I32)
+        i, trips = writer.local(b.I32), writer.local(b.I32)
+        self.counters[item.counter] = i
         carried = [(carry.number, carry.first) for carry in item.carried]
         for registers, rows in ((self.kept, item.kept), (self.before, carried)):
             for register, place in rows:
-                if register not in registers:
-                    registers[register] = writer.local(b.F64)
+                registers[register] = writer.local(b.F64)
                 flush(self._load("w", place) + b.put(registers[register]))
         flush(self._index(item.trips) + b.tee(trips) + b.i32(0) + b.I32_GT_S + b.IF)
         flush(b.i32(0) + b.put(i) + b.LOOP)
-        self.items(item.body)
-        for carry in item.carried:
-            flush(self.values[carry.source].as_kind(False) + b.put(self.before[carry.number]))
+        self.items(item.body, item.carried)
         flush(b.get(i) + b.i32(1) + b.I32_ADD + b.tee(i) + b.get(trips) + b.I32_LT_S)
         flush(b.branch_if(0) + b.END + b.END)
         for register, place in item.kept:
@@ -107,7 +116,10 @@ class Loops:
         if item.numbered:
             n = self.numbered[item.counter]
             flush(b.get(n) + self._index(item.trips) + b.I32_ADD + b.put(n))
-        writer.release(trips)
+        kept = [self.kept.pop(register) for register, _ in item.kept]
+        before = [self.before.pop(register) for register, _ in carried]
+        for local in (self.counters.pop(item.counter), trips, *kept, *before):
+            writer.release(local)
 
     def _operand(self, operand: Operand) -> Fragment:
         match operand:
@@ -166,11 +178,6 @@ class Loops:
         return b.i32(at) + i + b.I32_ADD + (b.load_u16() if short else b.load_i32())
 
 
-def _put(local: Fragment) -> bytes:
-    """Return the code that fills a local from the one that reads it."""
-    return b.put(b.BinaryReader(local.code, 1).unsigned())
-
-
 def _table(writer: FunctionWriter, table: Sequence[int]) -> tuple[int, bool]:
     short = min(table) >= 0 and max(table) < 1 << 16
     data = struct.pack(f"<{len(table)}{'H' if short else 'i'}", *table)
@@ -182,3 +189,19 @@ def _loops_in(items: Sequence[Item]) -> Iterator[Loop]:
         if isinstance(item, Loop):
             yield item
             yield from _loops_in(item.body)
+
+
+def _read_in(item: Item) -> Iterator[int]:
+    """Yield the numbers of the values that a statement, or a loop, reads."""
+    match item:
+        case Compute(_, _, operands):
+            yield from (o.number for o in operands if isinstance(o, Local))
+        case Put(_, _, operand):
+            if isinstance(operand, Local):
+                yield operand.number
+        case Loop():
+            yield from (carry.source for carry in item.carried)
+            for inner in item.body:
+                yield from _read_in(inner)
+        case _:
+            assert_never(item)

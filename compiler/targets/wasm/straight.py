@@ -14,6 +14,7 @@ from itertools import groupby
 from math import pi
 
 from ...graph.table import ELEMENT, question
+from ...program.branches import GuardedParts
 from ...program.model import Body, Literal, Load, Lookup, Operate, Store, operands_of
 from ..literal import LiteralForm, constant
 from . import binary as b
@@ -154,10 +155,18 @@ class FunctionWriter:
             for operand in operands_of(statement):
                 uses[operand] += 1
         zeros = _zeros(body)
+        found = GuardedParts.of(body)
+        results = found.results()
+        for condition in found.conditions():
+            uses[condition] += 1
         values: list[Fragment] = []
         for k, (statement, count) in enumerate(zip(body, uses, strict=True)):
+            self.code += b.END * found.ends.get(k, 0)
+            for branch in found.begins.get(k, ()):
+                asked = values[branch.condition]
+                self.flush(asked.as_kind(True) + (b"" if branch.holds else b.I32_EQZ) + b.IF, asked.reads)
             if k not in zeros:
-                values.append(self._value(statement, count, values, arrays, stored))
+                values.append(self._value(statement, count, values, arrays, stored, k in results))
                 continue
             if zeros[k]:
                 assert type(statement) is Store
@@ -171,8 +180,9 @@ class FunctionWriter:
         values: Sequence[Fragment],
         arrays: Arrays,
         stored: set[str],
+        moved: bool,
     ) -> Fragment:
-        moved = False
+        """Return the code of a value; ``moved``: other code stands between it and what reads it."""
         match statement:
             case Operate(code, operands):
                 value = self.operation(code, [values[a] for a in operands])

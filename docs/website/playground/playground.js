@@ -66,15 +66,20 @@ async function send() {
   await tell(found, text, begun);
 }
 
+function say(message) {
+  state.message = message;
+  $('message').hidden = !message;
+  const lines = escaped(message).split('\n').map(line => /^ *\d* \|/.test(line) ? `<span class="code">${line}</span>` : line);
+  $('message').innerHTML = lines.join('\n').replace(/\b(error|warning|note)\[([EWN]\d{4})\]/g, (all, kind, code) => `<a href="../errors/${code}.html" target="_blank" rel="noopener">${all}</a>`);
+}
+
 async function tell(found, text, begun) {
   state.answers++;
-  state.message = found.fatal ? `error: ${found.fatal}` : found.message;
+  const note = state.note?.text === text ? state.note.said : '';
+  say([note, found.fatal ? `error: ${found.fatal}` : found.message].filter(Boolean).join('\n'));
   marks = found.marks || [];
   const failed = !found.page;
-  $('message').hidden = !state.message;
   $('message').classList.toggle('mild', !failed);
-  const lines = escaped(state.message).split('\n').map(line => /^ *\d* \|/.test(line) ? `<span class="code">${line}</span>` : line);
-  $('message').innerHTML = lines.join('\n').replace(/\b(error|warning|note)\[([EWN]\d{4})\]/g, (all, kind, code) => `<a href="../errors/${code}.html" target="_blank" rel="noopener">${all}</a>`);
   $('motion').classList.toggle('stale', failed);
   paint();
   if (failed) { $('status').textContent = state.message.startsWith('error') ? 'does not move yet' : ''; return; }
@@ -222,11 +227,13 @@ async function remember() {
 }
 function take(text) { area.value = text; area.setSelectionRange(0, 0); area.scrollTo(0, 0); hide(); changed(); }
 async function recall() {
-  let text = null;
-  try { text = await textOf(location.hash); } catch { state.wrong = 'the link holds no text that can be read'; }
-  if (text === null && location.hash) state.wrong ||= 'the link holds no text that can be read';
+  const text = await textOf(location.hash).catch(() => null);
   if (text !== area.value) take(text ?? Object.values(state.examples)[0]);
-  if (state.wrong) { $('message').hidden = false; $('message').textContent = `note: ${state.wrong}`; state.wrong = ''; }
+  state.note = null;
+  if (text === null && location.hash) {  // said as long as this text is shown, with what its answers say
+    state.note = {text: area.value, said: 'note: the link holds no text that can be read'};
+    say(state.note.said);
+  }
 }
 $('examples').onchange = () => { const text = state.examples[$('examples').value]; if (text) { take(text); area.focus(); } };
 $('link').onclick = async () => {

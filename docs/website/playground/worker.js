@@ -53,7 +53,7 @@ function found(engine, run, errors, told, span) {
 async function tried(told, slices) {
   const bytes = playground.module().toJs(), module = await WebAssembly.compile(bytes), engine = await makeEngine(module, told.run);
   for (const share of slices) {
-    const run = engine.run({}, share);
+    const run = engine.run({share});
     if (run.failed || share === 1 || run.steps > FEW_STEPS) return {bytes, module, engine, run, long: run.steps > FEW_STEPS};
   }
 }

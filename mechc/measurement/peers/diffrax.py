@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.integrate.solver_options import SolverOptions
+    from ...runtime.integrate.solver import SolverOptions
     from ...runtime.integrate.trajectory import Trajectory
     from ...runtime.reference.work_precision import Peer
 
@@ -25,7 +25,7 @@ MOST_STEPS = 100_000
 
 
 class Diffrax:
-    """Runs of a model by one method, compiled by XLA for each set of output times, which is no part of a run."""
+    """Runs of a model by one method, compiled by XLA for each set of output times, which is not a part of a run."""
 
     def __init__(self, model: CompiledModel, method: str) -> None:
         self._model = model

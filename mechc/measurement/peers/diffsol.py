@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from ...compiler.program.model import Program
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.integrate.solver_options import SolverOptions
+    from ...runtime.integrate.solver import SolverOptions
     from ...runtime.integrate.trajectory import Trajectory
     from ...runtime.reference.work_precision import Peer
 
@@ -32,7 +32,7 @@ FUNCTIONS = frozenset({"sin", "cos", "tan", "exp", "log", "sqrt", "abs", "sinh",
 
 
 class Diffsol:
-    """Runs of a model by one method. Its text is compiled once for each set of nominal values, which is no part of a run."""
+    """Runs of a model by one method. Its text is compiled once for each set of nominal values, which is not a part of a run."""
 
     def __init__(self, model: CompiledModel, parts: frozenset[str], method: str) -> None:
         self._model = model
@@ -80,7 +80,7 @@ class Diffsol:
             ode.t0 = t
             try:
                 found_by = ode.solve_dense(np.concatenate([y / sizes, sizes, case.p, modes]), asked)
-            except Exception as error:  # what it raises is no class of its own
+            except Exception as error:  # what it raises is not a class of its own
                 end = str(error) or "failed"
                 break
             new, at = np.asarray(found_by.ys).T * sizes, np.asarray(found_by.ts)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.integrate.solver_options import SolverOptions
+    from ...runtime.integrate.solver import SolverOptions
     from ...runtime.problem import Array
 
 SOURCE = Path(__file__).parent / "exchange.c"

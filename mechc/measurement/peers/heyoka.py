@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from ...compiler.program.model import Program
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.integrate.solver_options import SolverOptions
+    from ...runtime.integrate.solver import SolverOptions
     from ...runtime.integrate.trajectory import Trajectory
     from ...runtime.reference.work_precision import Peer
 
@@ -34,7 +34,7 @@ MOST_EVENTS = 10_000
 
 
 class Heyoka:
-    """Runs of a model by heyoka; its code is compiled once for each tolerance, which is no part of a run."""
+    """Runs of a model by heyoka; its code is compiled once for each tolerance, which is not a part of a run."""
 
     def __init__(self, model: CompiledModel, parts: frozenset[str]) -> None:
         self._model = model

@@ -17,7 +17,7 @@ import numpy as np
 from msgspec import Struct
 
 from ...runtime.case import Case
-from ...runtime.integrate.solver_options import SolverOptions
+from ...runtime.integrate.solver import SolverOptions
 from ...runtime.integrate.trajectory import Statistics, Trajectory, with_unit_rotations
 from ...runtime.native import contract
 from ...runtime.outcome import Failure, given_up, step_too_small
@@ -52,7 +52,7 @@ def run_peer(exchange: Exchange, case: Case, options: SolverOptions) -> Trajecto
     problem = case.problem
     multi_step = options.method.removeprefix(PREFIX) in MULTI_STEP
     unit = exchange.unit(case, options, multi_step=multi_step) if exchanged(case) else None
-    import scipy.integrate  # noqa: F401, loading it is no part of a run
+    import scipy.integrate  # noqa: F401, loading it is not a part of a run
 
     begun = time.thread_time()  # other work on the machine adds nothing
     watch = _Watch(begun + options.seconds) if options.seconds < math.inf else None

@@ -13,7 +13,7 @@ import numpy as np
 from msgspec import Struct
 
 from ...compiler.problem import HEADER, header
-from ...runtime.integrate.solver_options import SolverOptions
+from ...runtime.integrate.solver import SolverOptions
 from ...runtime.integrate.trajectory import Statistics, Trajectory, with_unit_rotations
 from ...runtime.native.build import build_shared, kernel_flags
 from ...runtime.outcome import Failure, SimulationError, given_up, too_many_steps

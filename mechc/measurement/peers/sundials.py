@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from ...model import CompiledModel
     from ...runtime.case import Case
-    from ...runtime.integrate.solver_options import SolverOptions
+    from ...runtime.integrate.solver import SolverOptions
     from ...runtime.integrate.trajectory import Trajectory
     from ...runtime.problem import Array
     from ...runtime.reference.work_precision import Peer

@@ -3,7 +3,8 @@
 
 #include <string.h>
 
-enum { CHECKED = 8 }; /* sweeps between two looks at the residuals */
+enum { CHECKED = 8 };           /* sweeps between two looks at the residuals                                */
+enum { GROWN = 2, GROWTHS = 3 }; /* changes grow where they are more than so many times as large; how often they may */
 
 static mech_real rate(const mech_block *block, const mech_real *k, const mech_real *v)
 {
@@ -59,6 +60,24 @@ int mech_blocks_check(mech_blocks *c)
     return solved;
 }
 
+/* q = b + K v, and with the rates of all three rows in one pass over the velocities. */
+static void rates_of(const mech_block *block, const mech_real *v, mech_real *q)
+{
+    const int n = mech_cone_rows(&block->cone), width = block->width;
+    const mech_real *k0 = block->k, *k1 = k0 + width, *k2 = k1 + width;
+    for (int i = 0; i < n; i++) q[i] = block->b[i];
+    if (n < 3) {
+        for (int i = 0; i < n; i++) q[i] += rate(block, k0 + i * width, v);
+        return;
+    }
+    for (int i = 0; i < width; i++) {
+        const mech_real own = v[block->v[i]];
+        q[0] += k0[i] * own;
+        q[1] += k1[i] * own;
+        q[2] += k2[i] * own;
+    }
+}
+
 /* One sweep from the first to the last, or back. Gives whether nothing changed by more than its slack. */
 static int sweep_once(mech_blocks *c, int back)
 {
@@ -67,10 +86,9 @@ static int sweep_once(mech_blocks *c, int back)
         mech_block *block = &c->blocks[back ? c->n - 1 - a : a];
         const int n = mech_cone_rows(&block->cone);
         mech_real q[3], r[3];
-        for (int i = 0; i < n; i++) {
-            q[i] = block->b[i] + rate(block, block->k + i * block->width, c->v);
+        rates_of(block, c->v, q);
+        for (int i = 0; i < n; i++)
             for (int j = 0; j < n; j++) q[i] -= block->w[3 * i + j] * block->r[j];
-        }
         mech_cone_solve(&block->cone, block->w, q, r);
         for (int i = 0; i < n; i++) {
             const mech_real change = r[i] - block->r[i];
@@ -84,12 +102,11 @@ static int sweep_once(mech_blocks *c, int back)
     return rests;
 }
 
-/* Goes on along the last direction: what the sweeps changed, and of that before the share by which the changes shrink. Begins again where
- * they turn against it, or grow to more than twice: less is seen in passing. Impulses may leave their cones by it: the next sweep solves
- * each of them again. */
-static void go_on(mech_blocks *c, mech_real *before, int fresh)
+/* Goes on along the last direction: what the sweep changed, and of that before the share by which the changes shrink; of sweeps one way
+ * at most all of it. Begins again where they turn against it, or grow: gives whether they do. Impulses may leave their cones by it: the
+ * next sweep solves each of them again. */
+static int go_on(mech_blocks *c, mech_real *before, int fresh, int one_way)
 {
-    enum { GROWN = 2 };
     mech_real *step = c->room, *start = step + 3 * c->n, *v_step = start + 3 * c->n, *v_start = v_step + c->nv, size = 0, along = 0;
     for (int a = 0; a < c->n; a++)
         for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
@@ -97,7 +114,8 @@ static void go_on(mech_blocks *c, mech_real *before, int fresh)
             size += c->blocks[a].w[4 * i] * change * change;
             along += c->blocks[a].w[4 * i] * change * step[3 * a + i];
         }
-    const mech_real share = !fresh && along >= 0 && size < GROWN * *before ? size / *before : 0;
+    const int grown = !fresh && size > GROWN * *before;
+    const mech_real share = fresh || along < 0 || grown ? 0 : one_way && size > *before ? 1 : size / *before;
     *before = size;
     for (int a = 0; a < c->n; a++)
         for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
@@ -111,9 +129,10 @@ static void go_on(mech_blocks *c, mech_real *before, int fresh)
         c->v[i] += further;
         v_step[i] = further + change;
     }
+    return grown;
 }
 
-/* Notes where the next sweeps begin. */
+/* Notes where the next sweep begins. */
 static void note(mech_blocks *c)
 {
     mech_real *start = c->room + 3 * c->n, *v_start = start + 3 * c->n + c->nv;
@@ -124,14 +143,15 @@ static void note(mech_blocks *c)
 int mech_blocks_sweep(mech_blocks *c, int most)
 {
     mech_real before = 0;
+    int growths = 0;
     memset(c->room, 0, (6 * (size_t)c->n + 2 * (size_t)c->nv) * sizeof(mech_real));
     if (mech_blocks_check(c) && c->residual == 0) return 1; /* else a guess that would do gets better from step to step */
-    for (int sweep = 0; sweep < most; sweep += 2) {
+    for (int sweep = 0; sweep < most; sweep++) {
+        const int one_way = growths < GROWTHS; /* heaps take half the sweeps then; in long chains that grows and grows */
         note(c);
-        int rests = sweep_once(c, 0);
-        rests = sweep_once(c, 1) && rests; /* to and fro: no side comes first */
-        if ((rests || sweep % CHECKED == CHECKED - 2 || sweep + 2 >= most) && mech_blocks_check(c)) return 1;
-        go_on(c, &before, sweep == 0);
+        const int rests = sweep_once(c, one_way || sweep % 2);
+        if ((rests || sweep % CHECKED == CHECKED - 1 || sweep + 1 == most) && mech_blocks_check(c)) return 1;
+        growths += go_on(c, &before, sweep == 0, one_way);
     }
     return mech_blocks_check(c);
 }

@@ -32,7 +32,7 @@ typedef struct mech_kept {
 enum mech_member_stage {
     MECH_MEMBER_WAITS = 0,     /* not made                                                   */
     MECH_MEMBER_RAN = 1,       /* `status` says how it ended; MECH_RUNNING: too many steps   */
-    MECH_MEMBER_PARAMETER = 2, /* parameter `index` is no number, or out of its range        */
+    MECH_MEMBER_PARAMETER = 2, /* parameter `index` is not a number, or out of its range        */
     MECH_MEMBER_UNSETTLED = 3, /* the settings of the experiment depend on each other        */
     MECH_MEMBER_TIMES = 4,     /* option `index` of the experiment differs from the others'  */
     MECH_MEMBER_START = 5,     /* no start: `status` is of enum mech_start_status, `index` its row */

@@ -1,11 +1,12 @@
-/* Environments: runs of one model that a caller takes on by control steps, whose inputs it writes between them. Each is a solver
- * of its own, or lies beside others in lanes; none feels the others, however many there are and whatever thread steps them.
+/* Environments: runs of one model that a caller advances by control steps, with inputs that it writes between them. Each has a solver
+ * of its own, or runs beside others in lanes; they are independent of each other, of their number and of the threads that step them.
  *
  *  1. The caller fills mech_environments up to `outputs` and owns its arrays, a row for each environment; they stay in place until
  *     mech_environments_close. It writes `u`, and `y` only before a reset; all else it reads.
- *  2. A control step begins with the inputs that stand in `u`; they are held until its end, which is a whole number of periods
- *     behind the start. Where they have changed, the run begins anew in the present state, as with mech_restart.
- *  3. What fails, terminates or has ended stays as it is until it is reset; what has taken max_steps goes on with the next step.
+ *  2. A control step begins with the inputs in `u`; they are held until its end, which is a whole number of periods
+ *     after the start. If they have changed, the run restarts in the present state, as with mech_restart.
+ *  3. An environment that has failed, terminated or ended stays as it is until it is reset; one that has taken max_steps continues with
+ *     the next step.
  */
 #ifndef MECH_ENVIRONMENTS_H
 #define MECH_ENVIRONMENTS_H
@@ -55,8 +56,8 @@ MECH_API long mech_environments_step(mech_environments *e);
 /* Begins environment k anew at the start, from the state that stands in y. `guess`: y may be off the constraints, and is moved
    onto them. The status. */
 MECH_API int mech_environments_reset(mech_environments *e, long k, int guess);
-/* Evaluates the outputs of n environments from the first on. */
-MECH_API void mech_environments_read(mech_environments *e, long first, long n);
+/* Evaluates the outputs of all. Zero. */
+MECH_API long mech_environments_read(mech_environments *e);
 /* All that changes in environment k, beside its rows of the caller's arrays. */
 MECH_API size_t mech_environments_save_size(const mech_environments *e, long k);
 MECH_API void mech_environments_save(const mech_environments *e, long k, void *memory);

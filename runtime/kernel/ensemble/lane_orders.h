@@ -2,7 +2,7 @@
  * functions of it. `series_next`, the sides of slots and their groups are those of the model (compiler/targets/lane_series.py).
  *
  * Row k of the coefficients begins with those of order k of the state, behind which stand those of order k - 1 of the sides of the
- * slots that are no states.
+ * slots that are not states.
  */
 
 /* Of some slots, the sums of A_j B_(k-j) for j from 1 to k - 1. For even k those of the next order are begun with them, as each

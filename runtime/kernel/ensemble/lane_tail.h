@@ -1,13 +1,13 @@
-/* The tail of a Taylor series: its last orders in single precision, of the lanes of all rooms at once.
+/* The tail of a Taylor series: its last orders in single precision, for all lanes at once.
  *
- * The last terms of a step are as large as the error allowed, those before them larger by a factor from order to order that is the
- * same for all tolerances: ten orders need no more than seven digits. Coefficients are in units of a power of two close to the
- * step, so that they neither grow nor vanish with their order; what does not fit into singles in spite of that shows at the end of
- * the step, which is looked at in double precision. Then the step is tried again without a tail, and a member whose steps are
- * spoiled often goes on without one.
+ * The last terms of a step have the size of the allowed error; each order before is larger by a factor that does not depend on the
+ * tolerance. So ten orders need no more than seven digits. Coefficients are in units of a power of two close to the
+ * step, so that they neither grow nor vanish with their order. Overflow in single precision is detected at the end of the step,
+ * in double precision. Then the step is repeated without a tail, and a member with frequent repetitions continues
+ * without one.
  *
- * Where a tail begins is the business of each lane, by its tolerance. Where lanes differ, orders are formed in both precisions
- * between the first and the last beginning, and each lane goes on from its own: no bit depends on the neighbours.
+ * Each lane chooses by its tolerance where its tail begins. Between the first and the last beginning, orders are computed in
+ * both precisions and each lane uses its own: no bit depends on the other lanes.
  */
 #ifndef MECH_LANE_TAIL_H
 #define MECH_LANE_TAIL_H

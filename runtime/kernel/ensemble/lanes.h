@@ -2,12 +2,12 @@
  * lanes of a model (a library of their own) offer the ensemble.
  *
  *  1. Number i of lane l of an array stands at [i * width + l]; arrays begin at multiples of 64 bytes.
- *  2. Lanes do not feel each other: every operation is one of vectors, element by element, and what is done for single lanes
- *     is not done to the others. A member gives the same bits in whatever lane it runs, beside whatever others.
- *  3. Products and sums are fused where the program of the model says so, not where a compiler likes: all widths with
+ *  2. Lanes are independent: every operation acts on vectors element by element, and work for single lanes leaves the others
+ *     unchanged. A member gives the same bits in any lane and beside any others.
+ *  3. The program of the model, not the compiler, decides where products and sums are fused: all widths with
  *     fused operations give the same bits.
- *  4. Lanes step as stepping/step.c does, of smooth models alone: what goes wrong is told as `troubled`, and the member runs
- *     once more by the scalar kernel, which knows the words for it.
+ *  4. Lanes step as stepping/step.c does, for smooth models only. A failure is reported as `troubled`, and the scalar kernel
+ *     runs the member again, which gives the message.
  */
 #ifndef MECH_LANES_H
 #define MECH_LANES_H

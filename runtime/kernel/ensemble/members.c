@@ -6,7 +6,7 @@
 
 #include "member.h"
 
-enum { SLICE = 4096, SMOOTH_RECORDS = 16, EVENTS = 320, INSTANTS = 16 };
+enum { SLICE = 4096, SMOOTH_RECORDS = 16, INSTANTS = 16 };
 
 /* ---- the room of a thread */
 
@@ -16,6 +16,9 @@ static void *take(char **next, size_t count, size_t size)
     if (*next) *next += (count * size + 15) / 16 * 16;
     return taken;
 }
+
+/* Room for events: four for each instant, and at one of them many for everything that may switch. */
+static size_t n_events(const mech_model *m) { return m->hybrid ? 4 * INSTANTS + 256 + 64 * (size_t)m->nz : 0; }
 
 static int n_records(const mech_ensemble *e)
 {
@@ -57,7 +60,7 @@ size_t mech_room_in(mech_room *r, const mech_ensemble *e, char *block)
     r->record = take(&next, (size_t)n_records(e) * dense, number);
     r->kept = take(&next, kept, number);
     r->other_kept = take(&next, kept, number);
-    r->events = take(&next, m->hybrid ? EVENTS : 0, sizeof(mech_event));
+    r->events = take(&next, n_events(m), sizeof(mech_event));
     r->instants = take(&next, m->hybrid ? INSTANTS * (1 + 2 * (ny + nz)) : 0, number);
     r->watch = take(&next, mech_watch_bytes(e), 1);
     return (size_t)(next - base);
@@ -89,36 +92,31 @@ static int run(mech_room *r, const mech_options *options, long most, mech_real *
     o.record_capacity = records;
     o.events = m->hybrid ? r->events : NULL;
     o.instants = m->hybrid ? r->instants : NULL;
-    o.event_capacity = m->hybrid ? EVENTS : 0;
+    o.event_capacity = (long)n_events(m);
     o.instant_capacity = m->hybrid ? INSTANTS : 0;
     mech_solver *s = mech_create(m, &o);
     if (!s) return 1;
     memcpy(r->z_before, r->z, (size_t)m->nz * sizeof(mech_real));
     mech_watch_begin(r);
     mech_report *report = &told->report;
-    int status = mech_advance(s, e->stop, 0); /* what happens at the start happens */
-    mech_read(s, report, end);
-    if (m->hybrid) mech_read_discretes(s, r->z_before);
-    if (records && status == MECH_RUNNING) mech_watch_jump(r, report->t, end, m->hybrid ? r->z_before : r->z);
-    const long slice = m->hybrid && records ? 1 : SLICE; /* what events change holds for the next step */
-    while (status == MECH_RUNNING) {
-        const long left = most ? most - (long)report->steps : slice;
+    long slice = 0; /* what happens at the start happens */
+    int status;
+    do {
+        const long left = slice && most ? most - (long)report->steps : slice;
         status = mech_advance(s, e->stop, left < slice ? left : slice);
         mech_read(s, report, end);
         if (m->hybrid) {
             mech_watch_events(r, r->events, report->n_events);
-            mech_set_events(s, r->events, EVENTS, r->instants, INSTANTS);
+            mech_set_events(s, r->events, o.event_capacity, r->instants, INSTANTS);
         }
         for (long k = 0; k < report->n_record; k++)
             mech_watch_step(r, r->record + (size_t)k * row, n_dense, m->hybrid ? r->z_before : r->z);
         if (records) mech_set_record(s, r->record, records);
-        if (m->hybrid) {
-            mech_read_discretes(s, r->z_before);
-            if (records) mech_watch_jump(r, report->t, end, r->z_before);
-        }
+        if (m->hybrid) mech_read_discretes(s, r->z_before);
+        if (records && (m->hybrid || slice == 0)) mech_watch_jump(r, report->t, end, m->hybrid ? r->z_before : r->z);
         if (status == MECH_RECORD_FULL || status == MECH_EVENTS_FULL) status = MECH_RUNNING;
-        if (status == MECH_RUNNING && enough(e, report, most)) break;
-    }
+        slice = m->hybrid && records ? 1 : SLICE; /* what events change holds for the next step */
+    } while (status == MECH_RUNNING && !enough(e, report, most));
     told->status = status;
     mech_watch_end(r, report->t, end, m->hybrid ? r->z_before : r->z, out);
     mech_free(s);

@@ -253,17 +253,18 @@ int mech_environments_reset(mech_environments *e, long k, int guess)
     return e->status[k];
 }
 
-void mech_environments_read(mech_environments *e, long first, long n)
+long mech_environments_read(mech_environments *e)
 {
     const mech_model *m = e->model;
     const size_t ny = states(e);
     mech_real u[m->nu + 1];
-    if (!m->n_outputs) return;
-    for (long k = first; k < first + n; k++) {
+    if (!m->n_outputs) return 0;
+    for (long k = 0; k < e->n; k++) {
         const mech_real *z = e->z + (size_t)k * (size_t)m->nz;
         inputs_of(e, k, u);
         m->outputs(e->t[k], e->y + (size_t)k * ny, u, z, e->options->p, e->outputs + (size_t)k * (size_t)m->n_outputs);
     }
+    return 0;
 }
 
 size_t mech_environments_save_size(const mech_environments *e, long k)

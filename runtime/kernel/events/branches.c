@@ -16,7 +16,7 @@ void mech_branches_read(mech_solver *s, mech_real *out)
 /* Stops where branches fire in geometrically shrinking intervals: after MECH_RECENT of them, or as soon as what is
  * left of the sequence is too short for its rounded positions to tell one side of the condition from the other.
  * Intervals that shrink ever less, as those of turns under a constant torque, have no end. Clocks and times that were known
- * before are no part of the sequence, however close they come to each other. */
+ * before are not part of the sequence, however close they come to each other. */
 static int check_accumulation(mech_solver *s, int branch)
 {
     enum { FEWEST = 4 };
@@ -56,6 +56,8 @@ static int act(mech_solver *s, int k, int scheduled)
     mech_event_state *e = s->events;
     const mech_real before = mech_energy_total(s);
     mech_surroundings(s, s->run->report.t);
+    memcpy(e->act, s->y, (size_t)s->ny * sizeof(mech_real));
+    memcpy(e->act + s->ny, e->z, (size_t)m->nz * sizeof(mech_real));
     branch->act(s->run->report.t, s->y, s->u, e->z, s->o.p, e->act);
     for (int i = 0; i < branch->n_checks; i++)
         if (!(e->act[s->ny + m->nz + i] > MECH_C(0.5))) {

@@ -7,8 +7,9 @@
 #include "cones.h"
 #include "surface_friction.h"
 
-/* Shares of the largest acceleration without forces: what is left of a solution, and what counts as none of it. */
-static const mech_real LEFT = MECH_C(1e-11), NONE = MECH_C(1e-8);
+/* Shares of the largest acceleration without forces: what is left of a solution, and what counts as none of it; but of a motion that only
+ * just begins, the share of the largest acceleration; the share of an approach that impacts may leave. */
+static const mech_real LEFT = MECH_C(1e-11), NONE = MECH_C(1e-8), SLOWER = MECH_C(1e-3), APPROACH_LEFT = MECH_C(1e-3);
 
 typedef struct problem {
     mech_cones c;
@@ -23,12 +24,14 @@ static void end_problem(problem *p) { free(p->memory); }
 
 /* Modes of rows while they are set aside. */
 typedef struct aside {
+    int goes_on; /* what slides in them slides on, however slowly: no event has come             */
     mech_real flag[MECH_MOST_ROWS], sign[MECH_MOST_ROWS];
 } aside;
 
 static int is_chosen(const mech_row *row) { return row->kind == MECH_CONTACT || row->kind == MECH_FRICTION || row->kind == MECH_BILATERAL; }
 
-/* Reads the rows without any of their forces, but those of frictions of joints that slide. */
+/* Reads the rows without any of their forces, but those of frictions of joints that slide; those that rest, or are about to slide,
+ * are rows of the problem. The rates were read last. */
 static void read_free(mech_solver *s, aside *a)
 {
     mech_event_state *e = s->events;
@@ -38,6 +41,7 @@ static void read_free(mech_solver *s, aside *a)
         a->flag[i] = e->z[row->flag];
         a->sign[i] = row->sign < 0 ? 0 : e->z[row->sign];
         e->z[row->flag] = 0;
+        if (row->kind == MECH_FRICTION && row->normal < 0 && !a->goes_on && mech_surface_friction_is_slow(s, i)) e->z[row->sign] = 0;
     }
     mech_rows_read(s);
 }
@@ -64,6 +68,24 @@ static int friction_of(const mech_solver *s, int contact)
     return -1;
 }
 
+/* Whether friction i slides in the modes that were set aside, on a surface in whichever direction. */
+static int slides(const mech_solver *s, const aside *a, int i)
+{
+    const int j = mech_row_partner(s, i);
+    return a->sign[i] != 0 || (j >= 0 && a->sign[j] != 0);
+}
+
+/* Whether nothing slips along friction i. What rests in the modes that were set aside does: between events a slip is rounding, of
+ * which single rows may not know the size. */
+static int is_slow(const mech_solver *s, const aside *a, int i)
+{
+    const int j = mech_row_partner(s, i);
+    if (a && a->goes_on && slides(s, a, i)) return 0;
+    if (a && (a->flag[i] > MECH_C(0.5) || (j >= 0 && a->flag[j] > MECH_C(0.5)))) return 1;
+    if (a && mech_row_of(s, i)->normal < 0 && a->sign[i] == 0) return 1;
+    return mech_surface_friction_is_slow(s, i);
+}
+
 static void add(problem *p, int kind, int contact, int slips, mech_real coefficient)
 {
     p->cones[p->c.n_cones] = (mech_cone){kind, p->c.n, slips, coefficient, 0};
@@ -75,6 +97,14 @@ static int is_among(int i, int n, const int *among)
     int found = !among;
     for (int k = 0; k < n; k++) found |= among[k] == i;
     return found;
+}
+
+/* Rates are known to rounding of the fastest so far. */
+static mech_real rounding(const mech_solver *s, const problem *p, int k)
+{
+    mech_real most = 0;
+    for (int i = 0; i < p->cones[k].slips + 1; i++) most = mech_max(most, MECH_EPSILON * s->events->speed[p->row[p->cones[k].at + i]]);
+    return most;
 }
 
 /* The problem of accelerations of what touches and rests, or, without `a`, of rates of what touches, of the n contacts `among` that
@@ -105,26 +135,27 @@ static int begin_problem(mech_solver *s, problem *p, aside *a, int n_among, cons
         if (row->kind == MECH_BILATERAL && (a ? a->flag[i] > MECH_C(0.5) : mech_row_holds(s, i)) && mech_row_moves_itself(s, i)) {
             add(p, MECH_CONE_HELD, -1, 0, 0);
             p->row[p->c.n++] = i;
-        } else if (row->kind == MECH_CONTACT && (a ? mech_row_may_rest(s, i) : mech_row_touches(s, i)) && mech_row_moves_itself(s, i) &&
+        } else if (row->kind == MECH_CONTACT && (a ? a->flag[i] > MECH_C(0.5) || mech_row_may_rest(s, i) : mech_row_touches(s, i)) && mech_row_moves_itself(s, i) &&
                    is_among(i, n_among, among)) {
             const int f = friction_of(s, i);
             int slips = 0;
             mech_real coefficient = 0;
-            const int sticks = f >= 0 && mech_surface_friction_is_slow(s, f), slow = sticks || !a;
+            const int sticks = f >= 0 && is_slow(s, a, f), slow = sticks || !a;
             if (f >= 0 && mech_row_value(s, f, sticks ? MECH_COEFFICIENT : MECH_EXTRA) > 0) {
                 coefficient = mech_row_value(s, f, sticks ? MECH_COEFFICIENT : MECH_EXTRA);
                 const int count = mech_row_partner(s, f) < 0 ? 1 : 2;
                 const mech_real size = mech_row_size(s, f, MECH_RATE);
+                const mech_real way = size > 0 || !a ? 0 : a->sign[f] > 0 ? 1 : -1;
                 for (int k = 0; k < count; k++) {
                     if (slow && mech_row_moves_itself(s, f + k)) slips++;
-                    if (!slow) slide[i][k] = -coefficient * mech_row_value(s, f + k, MECH_RATE) / size;
+                    if (!slow) slide[i][k] = -coefficient * (size > 0 ? mech_row_value(s, f + k, MECH_RATE) / size : way);
                 }
             }
             add(p, MECH_CONE, i, slips, slips ? coefficient : 0);
             p->row[p->c.n++] = i;
             for (int k = 0; slips && k < (mech_row_partner(s, f) < 0 ? 1 : 2); k++)
                 if (mech_row_moves_itself(s, f + k)) p->row[p->c.n++] = f + k;
-        } else if (a && row->kind == MECH_FRICTION && row->normal < 0 && !is_partner(s, i) && mech_surface_friction_is_slow(s, i) &&
+        } else if (a && row->kind == MECH_FRICTION && row->normal < 0 && !is_partner(s, i) && is_slow(s, a, i) &&
                    mech_row_moves_itself(s, i)) {
             add(p, MECH_CONE_DISC, i, 1, mech_max(0, mech_row_value(s, i, MECH_LIMIT)));
             p->row[p->c.n++] = i;
@@ -141,12 +172,16 @@ static int begin_problem(mech_solver *s, problem *p, aside *a, int n_among, cons
                 if (slide[row][k] != 0) w[(size_t)i * n + j] += slide[row][k] * mech_row_response(s, p->row[i], f + k);
         }
     }
-    for (int k = 0; k < p->c.n_cones; k++) {
-        p->cones[k].slack = LEFT * p->scale;
-        for (int i = 0; !a && i < p->cones[k].slips + 1; i++) /* rates are known to rounding of the fastest so far */
-            p->cones[k].slack = mech_max(p->cones[k].slack, MECH_EPSILON * e->speed[p->row[p->cones[k].at + i]]);
-    }
+    for (int k = 0; k < p->c.n_cones; k++) p->cones[k].slack = mech_max(LEFT * p->scale, a ? 0 : rounding(s, p, k));
     return 1;
+}
+
+/* What counts as no acceleration of the solution. */
+static mech_real none_of(const problem *p)
+{
+    mech_real most = 0;
+    for (int i = 0; i < p->c.n; i++) most = mech_max(most, mech_abs(p->c.u[i]));
+    return mech_min(NONE * p->scale, mech_max(10 * LEFT * p->scale, SLOWER * most));
 }
 
 /* Writes what cone k does to the choices. */
@@ -154,7 +189,7 @@ static void take(mech_solver *s, const problem *p, int k, int ends)
 {
     mech_event_state *e = s->events;
     const mech_cone *cone = &p->cones[k];
-    const mech_real *r = p->c.r + cone->at, *u = p->c.u + cone->at, none = NONE * p->scale;
+    const mech_real *r = p->c.r + cone->at, *u = p->c.u + cone->at, none = none_of(p);
     if (cone->kind == MECH_CONE_HELD) return;
     const int first = cone->kind == MECH_CONE, contact = p->contact[k];
     const mech_real *rt = r + first, *ut = u + first;
@@ -176,7 +211,7 @@ int mech_contact_cones_choose(mech_solver *s, int ends)
 {
     mech_event_state *e = s->events;
     problem p;
-    aside a;
+    aside a = {.goes_on = 0};
     if (!begin_problem(s, &p, &a, 0, NULL)) return 0;
     const int solved = mech_cones_solve(&p.c, p.room);
     for (int i = 0; solved && i < e->n_rows; i++) {
@@ -189,18 +224,52 @@ int mech_contact_cones_choose(mech_solver *s, int ends)
     return solved;
 }
 
-int mech_contact_cones_hold(mech_solver *s)
+/* Solves the problem beside the modes whose rows were read last. Whether what holds in them rests in its solution; with `all`, other
+ * rows have its accelerations, too, and what slides is pressed as it is there. */
+static int compare(mech_solver *s, int all)
 {
     problem p;
-    aside a;
+    aside a = {.goes_on = !all};
+    mech_real force[MECH_MOST_ROWS], second[MECH_MOST_ROWS];
+    for (int i = 0; i < s->events->n_rows; i++) {
+        force[i] = mech_row_value(s, i, MECH_FORCE);
+        second[i] = mech_row_value(s, i, MECH_SECOND);
+    }
     if (!begin_problem(s, &p, &a, 0, NULL)) return 0;
-    int holds = mech_cones_solve(&p.c, p.room);
-    for (int k = 0; holds && k < p.c.n; k++)
-        if (a.flag[p.row[k]] > MECH_C(0.5)) holds = mech_abs(p.c.u[k]) <= NONE * p.scale;
+    int alike = mech_cones_solve(&p.c, p.room);
+    const mech_real none = NONE * p.scale;
+    for (int k = 0; alike && k < p.c.n; k++) {
+        const int i = p.row[k], f = mech_row_of(s, i)->kind == MECH_CONTACT ? friction_of(s, i) : -1;
+        if (a.flag[i] > MECH_C(0.5)) alike = mech_abs(p.c.u[k]) <= none;
+        if (all) alike &= mech_abs(p.c.u[k] - second[i]) <= 10 * none;
+        if (all && f >= 0 && slides(s, &a, f)) alike &= mech_abs(p.c.r[k] - force[i]) * mech_row_response(s, i, i) <= 10 * none;
+    }
     come_back(s, &a);
     end_problem(&p);
-    return holds;
+    return alike;
 }
+
+int mech_contact_cones_hold(mech_solver *s) { return compare(s, 0); }
+
+int mech_contact_cones_know_limits(mech_solver *s)
+{
+    mech_real limit[MECH_MOST_ROWS];
+    aside a = {.goes_on = 0};
+    int same = 1;
+    mech_rows_read(s);
+    for (int i = 0; i < s->events->n_rows; i++) limit[i] = mech_row_value(s, i, MECH_LIMIT);
+    read_free(s, &a);
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        const mech_real free = mech_row_value(s, i, MECH_LIMIT);
+        if (row->kind == MECH_FRICTION && row->normal < 0) same &= mech_abs(limit[i] - free) <= NONE * mech_abs(free);
+    }
+    come_back(s, &a);
+    mech_rows_read(s);
+    return same;
+}
+
+int mech_contact_cones_move_alike(mech_solver *s) { return compare(s, 1); }
 
 /* Writes the impulses r; with `restitution`, by contact, each of them times one more than that, or than `most`: Poisson's law. */
 static void take_impulses(mech_solver *s, const problem *p, const mech_real *restitution, mech_real most)
@@ -213,16 +282,28 @@ static void take_impulses(mech_solver *s, const problem *p, const mech_real *res
     }
 }
 
+static int is_nothing(const problem *p)
+{
+    for (int i = 0; i < p->c.n; i++)
+        if (p->c.r[i] != 0) return 0;
+    return 1;
+}
+
 int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution, int n, const int *among)
 {
     problem p;
     if (!begin_problem(s, &p, NULL, n, among)) return 0;
-    mech_real *q = (mech_real *)p.c.q, size, least = 1;
+    mech_real *q = (mech_real *)p.c.q, size, least = 1, approach = 0;
     for (int k = 0; k < p.c.n_cones; k++) {
         const int i = p.contact[k] < 0 ? -1 : p.cones[k].at;
+        if (i >= 0) approach = mech_max(approach, -q[i]);
         if (i >= 0 && q[i] < 0) q[i] += restitution[p.contact[k]] * q[i];
     }
     int solved = mech_cones_solve(&p.c, p.room);
+    if (solved && approach > 0 && is_nothing(&p)) { /* a slow approach beside fast slips */
+        for (int k = 0; k < p.c.n_cones; k++) p.cones[k].slack = mech_max(APPROACH_LEFT * approach, rounding(s, &p, k));
+        solved = mech_cones_solve(&p.c, p.room);
+    }
     if (solved) take_impulses(s, &p, NULL, 0);
     if (!solved || mech_rows_impulse_loss(s, &size) < -MECH_C(1e-9) * size) {
         for (int i = 0; i < p.c.n; i++) q[i] = mech_row_value(s, p.row[i], MECH_RATE);
@@ -253,7 +334,7 @@ int mech_contact_cones_shock(mech_solver *s)
                 if (p.contact[k] >= 0) q[p.cones[k].at] += way * approach;
             struck = way < 0 ? mech_cones_solve(&p.c, p.room) : struck && mech_cones_refine(&p.c, p.room);
         }
-        mech_real change = 0; /* what goes away with the approach is no impact */
+        mech_real change = 0; /* what goes away with the approach is not an impact */
         for (int i = 0; i < p.c.n; i++) change = mech_max(change, mech_abs(p.c.w[(size_t)i * (p.c.n + 1)] * p.c.r[i]));
         struck = struck && change > mech_min(100 * approach, MECH_C(1e-4) * p.scale);
         if (struck) {

@@ -13,6 +13,14 @@ int mech_contact_cones_choose(mech_solver *s, int ends);
  * depend on, lie in their cones, whatever single ones of them would have to carry. */
 int mech_contact_cones_hold(mech_solver *s);
 
+/* Whether the limits of frictions are those without any forces: the losses of a gear follow what it carries, and the problem does not
+ * say how that is shared. */
+int mech_contact_cones_know_limits(mech_solver *s);
+
+/* Whether the modes whose rows were read last move all that touches as a solution does, and press what slides as it does. Then they
+ * differ from it only in how rows that do not slide share the loads. */
+int mech_contact_cones_move_alike(mech_solver *s);
+
 /* One blow of all that touches, or of the n contacts `among` that, where not NULL: its impulses in events->impulse, of contacts that
  * approach with these restitutions, by row. Friction acts against the slip that is left. Where Newton's restitution would raise the
  * energy, Poisson's: each impulse is that of the plastic impact, times one more than the restitution; with one restitution this

@@ -375,7 +375,7 @@ static int take_choice(mech_solver *s, int ends)
             return mech_fail(s, MECH_NO_MODE, i);
         }
     int contact = ends < 0 ? 0 : ends;
-    const int shared = s->events->counters[MECH_CARRIED] > 0; /* everything rests: how they share is no other solution */
+    const int shared = s->events->counters[MECH_CARRIED] > 0; /* how they share is no other solution */
     if (shared ? 0 : are_several(s) ? moves_otherwise(s, ends) : fits_open(s, &contact)) {
         /* Nothing says which one a run begins with; what came to press in it goes on pressing. */
         if (!(s->run->report.t > s->o.t0) && !s->run->report.steps) return mech_fail(s, MECH_NO_MODE, contact);
@@ -436,9 +436,9 @@ static int all_rest(const mech_solver *s)
     return 1;
 }
 
-/* The modes of the contact problem; 0, and all as it was, where they do not fit. Where everything rests and others than those
- * that hold carry parts of the load, the cones of single ones say nothing: what ends that is that the problem has no such
- * solution any more. */
+/* The modes of the contact problem; 0, and all as it was, where they do not fit. Where they move all as its solution does, and
+ * others than the rows that hold carry parts of the load, the cones of single ones say nothing: what ends that is that the
+ * problem has no such solution any more. */
 static int choose_by_cones(mech_solver *s, int ends)
 {
     modes before;
@@ -452,7 +452,10 @@ static int choose_by_cones(mech_solver *s, int ends)
         for (int i = 0; i < s->events->n_rows; i++) lies |= lay_down(s, i);
     }
     const int fits = most_overdone(s, -1) < 0 && take_back(s, 0) < 0;
-    if (!fits && all_rest(s)) s->events->counters[MECH_CARRIED] = 1;
+    if (!fits) {
+        mech_rows_read(s);
+        s->events->counters[MECH_CARRIED] = mech_contact_cones_move_alike(s);
+    }
     if (fits || s->events->counters[MECH_CARRIED] > 0) return 1;
     come_back(s, &before);
     return 0;
@@ -531,6 +534,9 @@ int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
     propose(s);
     mech_surface_friction_end(s);
     if (search(s, ends)) {
+        if (!s->model->hybrid->crowd && !(s->events->counters[MECH_CARRIED] > 0) && mech_contact_rests_any_slide(s) &&
+            mech_contact_cones_know_limits(s))
+            choose_by_cones(s, -1); /* what cannot move only bears its limit of the load */
         mech_rows_read(s); /* forces of the modes, which single rows would have to carry */
         if (!s->model->hybrid->crowd && share_cones(s) && all_rest(s) && most_overdone(s, -1) >= 0)
             s->events->counters[MECH_CARRIED] = mech_contact_cones_hold(s);

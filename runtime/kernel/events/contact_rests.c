@@ -62,15 +62,34 @@ static int contact_rests(mech_solver *s, int n, const int *held, int i)
     return 1;
 }
 
+/* The rows that hold; gives how many there are. */
+static int find_held(const mech_solver *s, int *held)
+{
+    int n = 0;
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (s->events->rows[i].flag >= 0 && s->events->rows[i].kind <= MECH_BILATERAL && mech_row_holds(s, i)) held[n++] = i;
+    return n;
+}
+
+int mech_contact_rests_any_slide(mech_solver *s)
+{
+    int held[MECH_MOST_ROWS];
+    const int n = find_held(s, held);
+    for (int i = 0; n && i < s->events->n_rows; i++) {
+        if (mech_row_of(s, i)->kind != MECH_FRICTION || first_of(s, i) != i || !slides(s, i) || !is_slow(s, i)) continue;
+        const int j = mech_row_partner(s, i);
+        if (depends(s, n, held, i) && (j < 0 || depends(s, n, held, j))) return 1;
+    }
+    return 0;
+}
+
 void mech_contact_rests_mark(mech_solver *s)
 {
-    int held[MECH_MOST_ROWS], n = 0;
+    int held[MECH_MOST_ROWS];
     mech_event_state *e = s->events;
     if (!s->model->hybrid->shares) return;
-    for (int i = 0; i < e->n_rows; i++) {
-        set(s, i, 0);
-        if (e->rows[i].flag >= 0 && e->rows[i].kind <= MECH_BILATERAL && mech_row_holds(s, i)) held[n++] = i;
-    }
+    for (int i = 0; i < e->n_rows; i++) set(s, i, 0);
+    const int n = find_held(s, held);
     mech_rows_read(s);
     mech_rows_find_response(s);
     for (int i = 0; i < e->n_rows; i++)

@@ -14,19 +14,6 @@ mech_real mech_energy_total(mech_solver *s)
     return total;
 }
 
-mech_real mech_energy_carried(mech_solver *s, const mech_real *change)
-{
-    const mech_model *m = s->model;
-    mech_real *v = s->y + m->nq, *aside = s->events->aside, sides[2];
-    memcpy(aside, v, (size_t)m->nv * sizeof(mech_real));
-    for (int side = 0; side < 2; side++) {
-        for (int i = 0; i < m->nv; i++) v[i] = side ? -change[i] : change[i];
-        sides[side] = mech_energy_total(s);
-    }
-    memcpy(v, aside, (size_t)m->nv * sizeof(mech_real));
-    return (sides[0] - sides[1]) / 2;
-}
-
 void mech_energy_book(mech_solver *s, mech_real gain)
 {
     const mech_hybrid *h = s->model->hybrid;

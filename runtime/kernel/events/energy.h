@@ -8,8 +8,6 @@
 mech_real mech_energy_total(mech_solver *s);
 /* Books a change of the total energy. */
 void mech_energy_book(mech_solver *s, mech_real gain);
-/* What the part of the energy that is linear in the velocities changes by with them: the work of what drives the model. */
-mech_real mech_energy_carried(mech_solver *s, const mech_real *change);
 /* Whether the model has accounts. */
 int mech_energy_booked(const mech_solver *s);
 /* Books what the total energy changed by since it was `before`, unless that is rounding. */

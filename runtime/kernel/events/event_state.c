@@ -46,7 +46,6 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->response = take(&memory, &total, r * (m->nv + r));
     e->impulse = take(&memory, &total, r);
     e->change = take(&memory, &total, m->nv + r);
-    e->aside = take(&memory, &total, h->carried ? m->nv : 0);
     e->matrix = take(&memory, &total, r * (r + 1));
     e->flags = take(&memory, &total, r);
     e->signs = take(&memory, &total, r);

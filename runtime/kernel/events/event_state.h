@@ -30,7 +30,6 @@ typedef struct mech_event_state {
     mech_real *mobility;    /* [n_rows] largest response of a row to itself so far           */
     mech_real *response;    /* [n_rows][nv + n_rows] by unit impulses                        */
     mech_real *impulse, *change; /* [n_rows]                                                 */
-    mech_real *aside;            /* [nv] velocities, while others are tried                  */
     mech_real *matrix;      /* [n_rows][n_rows + 1] of a linear system                       */
     mech_real *flags, *signs; /* [n_rows] before the instant                                 */
     mech_real *open, *slides; /* [n_rows] at the present instant: let go (1), stays though it rises (-1); slides so */

@@ -37,11 +37,23 @@ static void hold_attempt(mech_solver *s, mech_real t_new)
     swap(&s->dy, &s->dy_new);
     memcpy(e->sizes, e->speed, (size_t)e->n_rows * sizeof(mech_real));
     mech_contact_projection_state(s);
-    for (int i = 0; i < e->n_rows; i++) /* what a step beyond its event brings is no size: forces may grow without bounds there */
+    for (int i = 0; i < e->n_rows; i++) /* what a step beyond its event brings is not a size: forces may grow without bounds there */
         if (e->sizes[i] > 0) e->speed[i] = mech_min(e->speed[i], 100 * e->sizes[i]);
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
     s->run->report.t = t;
+}
+
+/* Whether the limit of a friction on what has no mass, which the polynomial of the step reaches at a part of it, goes away there by
+ * its own rate: where the friction began to stick the force is at its limit, and leaves it more slowly than the polynomial errs. */
+static int rises_at(mech_solver *s, int hit, mech_real part, mech_real h)
+{
+    mech_event_state *e = s->events;
+    mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n, *rate = e->rate + (MECH_SAMPLES - 1) * e->n;
+    if (part <= 0 || hit >= s->model->hybrid->n_leading_switches) return 0;
+    mech_indicator_place(s, hit, part, e->y_at);
+    mech_indicator_read(s, hit, s->run->report.t + part * h, e->y_at, w, rate);
+    return rate[hit] > MECH_C(1e-12) * e->rate_scale[hit];
 }
 
 /* dw/dt at a part of the attempted step; by a difference where it is not known. */
@@ -173,16 +185,22 @@ static int holds_at(mech_solver *s, mech_real part, mech_real h)
     return holds;
 }
 
-/* The part of the attempted step just behind which no share of the loads lets all rest, or 1. */
-static mech_real shares_end(mech_solver *s, mech_real h)
+/* The part of the attempted step just behind which no share of the loads lets all rest, up to the part `until`; 1 where there is none.
+ * What lasts less than the samples are apart is not seen, as of other events. */
+static mech_real shares_end(mech_solver *s, mech_real h, mech_real until)
 {
     enum { HALVES = 40 };
-    mech_real low = 0, high = 1;
-    if (!(s->events->counters[MECH_CARRIED] > 0) || holds_at(s, 1, h)) return 1;
-    if (!holds_at(s, 0, h)) { /* it is at the end of that already: the modes say what ends it */
-        s->events->counters[MECH_CARRIED] = 0;
-        return 1;
+    static const mech_real places[] = {MECH_C(0.2371), MECH_C(0.5557), MECH_C(0.7913), 1};
+    mech_real low = 0, high = 0;
+    if (!(s->events->counters[MECH_CARRIED] > 0)) return 1;
+    for (int k = 0; k < 4 && high == 0; k++) {
+        if (holds_at(s, places[k] * until, h))
+            low = places[k] * until;
+        else
+            high = places[k] * until;
     }
+    if (high == 0) return 1;
+    if (low == 0 && !holds_at(s, 0, h)) return 0;
     for (int k = 0; k < HALVES; k++) {
         const mech_real part = (low + high) / 2;
         if (holds_at(s, part, h))
@@ -251,6 +269,26 @@ static void set_pace(mech_solver *s, mech_real h, int hit)
         s->events->counters[MECH_PACE] = mech_max((hit >= 0 ? 1 : LONGER) * LONGER * h, MECH_C(1e-7) * s->o.dt_max);
 }
 
+/* An attempt of a step, and where in it which indicator leaves its side. */
+static int try_and_locate(mech_solver *s, mech_real limit, mech_real *t_new, mech_real *h, int *hit, mech_real *part)
+{
+    enum { MOST_SHORTER = 8, SHORTER = 8 };
+    mech_run *run = s->run;
+    for (int shorter = 0;; shorter++) {
+        int status = mech_step_try(s, limit, t_new, h);
+        if (status) return status;
+        if (s->model->hybrid->crowd && !s->method->impulses && (status = mech_window_for_step(s, t_new, h))) return status;
+        if (!s->events->n) return MECH_RUNNING;
+        hold_attempt(s, *t_new);
+        mech_fill_dense(s, *h);
+        if ((status = mech_locate(s, *h, hit, part))) return status;
+        if (*hit < 0 || shorter == MOST_SHORTER || !s->method->adaptive || !rises_at(s, *hit, *part, *h)) return MECH_RUNNING;
+        run->report.dt = *h / SHORTER;
+        run->report.rejected++;
+        run->after_rejection = 1;
+    }
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
@@ -258,16 +296,14 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     mech_event_state *e = s->events;
     const mech_real known = mech_schedule_next(s), next = s->history ? mech_min(known, mech_history_next(s)) : known;
     mech_real t_new, h, part;
-    int hit = -1, given_up = 0, status = mech_step_try(s, paced(s, mech_min(limit, next)), &t_new, &h);
+    int hit = -1, given_up = 0, status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
-    if (s->model->hybrid->crowd && !s->method->impulses && (status = mech_window_for_step(s, &t_new, &h))) return status;
     if (e->n) {
-        hold_attempt(s, t_new);
-        mech_fill_dense(s, h);
-        if ((status = mech_locate(s, h, &hit, &part))) return status;
-        const mech_real shared = hit < 0 ? shares_end(s, h) : 1;
+        const mech_real shared = shares_end(s, h, hit < 0 ? 1 : part);
+        if (shared == 0) return reach(s, -1);
         if (shared < 1) {
+            hit = -1;
             mech_real error;
             if ((status = repeat_step(s, h *= shared, &error))) return status;
             t_new = run->report.t + h;

@@ -8,7 +8,7 @@
 #include "journal.h"
 #include "rows.h"
 
-enum { ROUNDS_PER_ROW = 50, TURNS_PER_ROW = 4 };
+enum { ROUNDS_PER_ROW = 50, TURNS_PER_ROW = 4, MOST_STRIKES = 8 };
 
 /* Notes an impact; a freewheel that takes hold as it comes to rest has none. */
 static void note(mech_solver *s, int i)
@@ -133,7 +133,7 @@ int mech_impacts_resolve(mech_solver *s, int *count)
     mech_event_state *e = s->events;
     mech_rows_read(s);
     const int crowd = s->model->hybrid->crowd != NULL;
-    int status = check_engaged_contacts(s), ready = 0, friction = 0;
+    int status = check_engaged_contacts(s), ready = 0, friction = 0, struck = 0;
     if (!status) status = engage(s);
     for (int i = 0; i < e->n_rows; i++) friction |= mech_row_of(s, i)->kind == MECH_FRICTION;
     for (int round = 0; !status; round++) {
@@ -142,15 +142,18 @@ int mech_impacts_resolve(mech_solver *s, int *count)
         if (!ready) mech_rows_find_response(s);
         ready = 1;
         const int fades = crowd && dies_out(s, round, friction);
-        /* Impacts that contacts pass on to each other are ended together, so that none of their slips is left over. */
+        /* Impacts that contacts pass on to each other are ended together, so that none of their slips is left over; what that leaves is
+         * rounding of fast slips, and ends by blows. */
         const int last = !crowd && friction && round && all_rest(s);
-        const int together = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows || fades || last;
+        const int many = s->model->hybrid->simultaneous || round >= ROUNDS_PER_ROW * e->n_rows;
+        const int together = fades || (last ? struck < MOST_STRIKES : many);
         if (round > 2 * ROUNDS_PER_ROW * e->n_rows) return mech_fail(s, MECH_NO_IMPACT, contact);
         if (together)
             for (int i = 0; i < e->n_rows; i++) {
                 if (i != contact && approaches(s, i)) note(s, i);
             }
         note(s, contact);
+        struck += together;
         status = !together           ? mech_impulse_fastest(s, contact)
                  : crowd && !friction ? mech_impulse_of_crowd(s)
                  : fades              ? mech_impulse_with_friction(s, contact)

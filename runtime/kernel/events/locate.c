@@ -277,7 +277,7 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
         search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = room, .k = k, .looks = looks, .measured = measured};
         const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
         for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
-        /* It begins at zero and grows: zero itself is no event. */
+        /* It begins at zero and grows: zero itself is not an event. */
         const int idle = zero && is_idle(s, k);
         const int leaves = zero && !idle && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k] && e->rate[k] * h > q.tol;
         /* Rounding may leave w below zero: the way back to that level is the event. */

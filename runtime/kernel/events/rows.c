@@ -26,7 +26,7 @@ void mech_rows_read(mech_solver *s)
             e->counters[MECH_FASTEST] = mech_max(e->counters[MECH_FASTEST], e->speed[i]);
             continue;
         }
-        /* what would have to hold where nothing can is no measure */
+        /* what would have to hold where nothing can is not a measure */
         mech_real force = mech_abs(mech_row_value(s, i, MECH_FORCE));
         if (mech_row_of(s, i)->kind == MECH_FRICTION)
             force = mech_min(force, mech_max(0, mech_row_value(s, i, MECH_LIMIT)));
@@ -265,8 +265,9 @@ void mech_rows_apply_impulses(mech_solver *s)
     const mech_model *m = s->model;
     const mech_hybrid *h = m->hybrid;
     mech_event_state *e = s->events;
-    const int width = m->nv + e->n_rows;
-    mech_real lost = 0, supplied = 0;
+    const int width = m->nv + e->n_rows, carried = h->carried && h->supplied >= 0 && h->total >= 0;
+    mech_real lost = 0, supplied = 0, before = carried ? mech_energy_total(s) : 0;
+    int steps = 0; /* impulses of jumps of an energy, which are booked with these */
     memset(e->change, 0, (size_t)width * sizeof(mech_real));
     for (int j = 0; j < e->n_rows; j++)
         for (int i = 0; e->impulse[j] != 0 && i < width; i++)
@@ -276,12 +277,14 @@ void mech_rows_apply_impulses(mech_solver *s)
         if (mech_row_of(s, i)->kind != MECH_STEP_ROW) {
             lost -= e->impulse[i] * (*mech_row_rate(s, i) + *change / 2);
             supplied -= e->impulse[i] * mech_row_value(s, i, MECH_DRIFT);
+        } else if (e->impulse[i] != 0) {
+            steps = 1;
         }
         *mech_row_rate(s, i) += *change;
         e->impulse[i] = 0;
     }
     for (int i = 0; i < m->nv; i++) s->y[m->nq + i] += e->change[i];
-    if (h->carried) supplied += mech_energy_carried(s, e->change);
+    if (carried && !steps) supplied = mech_energy_total(s) - before + lost;
     if (h->dissipated >= 0) s->y[h->dissipated] += lost;
     if (h->supplied >= 0) s->y[h->supplied] += supplied;
 }
@@ -379,5 +382,6 @@ int mech_row_is_carried(const mech_solver *s, int i)
     const mech_row *row = mech_row_of(s, i);
     if (row->kind != MECH_CONTACT && row->kind != MECH_FRICTION) return 0;
     const int j = mech_row_partner(s, i);
+    if (row->kind == MECH_FRICTION && row->normal < 0) return s->events->z[row->sign] == 0;
     return mech_row_holds(s, i) || (j >= 0 && mech_row_holds(s, j)) || (i > 0 && mech_row_partner(s, i - 1) == i && mech_row_holds(s, i - 1));
 }

@@ -40,7 +40,8 @@ int mech_row_touches(const mech_solver *s, int i);
 int mech_row_may_rest(const mech_solver *s, int i);
 /* Whether contact i would fall back before its gap grows beyond rounding. */
 int mech_row_falls_back(const mech_solver *s, int i, mech_real rate);
-/* Where loads are shared otherwise than modes say: whether row i holds or is beside one that does, so that its force is no event. */
+/* Where loads are shared otherwise than modes say: whether row i holds or is beside one that does, or is a friction of a joint that
+ * rests, so that its force is not an event. */
 int mech_row_is_carried(const mech_solver *s, int i);
 /* Of the coordinates that an impulse on row i moves, the largest nominal value, or value if these count, too: a ball of a micrometre
  * beside a planet touches by its own size. Of all coordinates for i < 0, and where coordinates without mass stand between the others,
@@ -61,7 +62,7 @@ void mech_rows_read(mech_solver *s);
 int mech_rows_check(mech_solver *s, int limits);
 void mech_rows_find_response(mech_solver *s);
 /* Of a crowd, whose rows were read last without any force, at the responses found last: its sizes of forces. What single ones grow
- * to where contacts nearly depend on each other is no measure. */
+ * to where contacts nearly depend on each other is not a measure. */
 void mech_rows_weigh(mech_solver *s);
 /* x of a[n][n] x = b for the rows in `set`, n different ones; dependent rows get 0. Gives the rank. */
 int mech_rows_solve(mech_solver *s, int n, const int *set, const mech_real *target, mech_real *x);

@@ -72,7 +72,7 @@ int fmu_derivative(fmu *f, int adjoint, const uint32_t *unknowns, size_t n_unkno
     if (status) return status;
     for (size_t k = 0; k < n_unknowns; k++)
         if (unknown_slot(f, unknowns[k]) < 0)
-            return fmu_fail(f, FMU_ERROR, "#%lu# is no unknown", (unsigned long)unknowns[k]);
+            return fmu_fail(f, FMU_ERROR, "#%lu# is not an unknown", (unsigned long)unknowns[k]);
     for (size_t k = 0; k < n_knowns; k++) {
         const int i = known_slot(f, knowns[k]);
         if (i < 0 || (starting && i < f->ny && !stated(f, i)))
@@ -123,7 +123,7 @@ int fmu_output_derivative(fmu *f, uint32_t vr, int order, mech_real *result)
     } else if (place == FMU_Z && f->d->z_type[i] == FMU_REAL) {
         *result = 0;
     } else {
-        return fmu_fail(f, FMU_ERROR, "#%lu# is no output", (unsigned long)vr);
+        return fmu_fail(f, FMU_ERROR, "#%lu# is not an output", (unsigned long)vr);
     }
     return fmu_finite(result, 1) ? FMU_OK : fmu_undefined(f, "a derivative of an output is not finite");
 }

@@ -10,7 +10,7 @@ int fmu_set_input_derivative(fmu *f, uint32_t vr, int order, mech_real value)
 {
     int input;
     if (fmu_find(f, vr, &input) != FMU_U)
-        return fmu_fail(f, FMU_ERROR, "the variable #%lu# is no input", (unsigned long)vr);
+        return fmu_fail(f, FMU_ERROR, "the variable #%lu# is not an input", (unsigned long)vr);
     for (int k = 0; k < f->d->n_drives; k++)
         if (f->d->drives[k][0] == input && (order == 1 || order == 2)) {
             const uint32_t derivative = vr + (uint32_t)(f->d->drives[k][order] - input);

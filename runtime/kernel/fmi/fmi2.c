@@ -23,7 +23,7 @@ enum { ANY = SOME_TIME | FMU_INSTANTIATED };
 static void tell(fmu *f, int status, const char *category, const char *message)
 {
     const fmi2CallbackFunctions *functions = f->callback;
-    /* the message is no format */
+    /* the message is not a format */
     functions->logger(f->environment, f->name ? f->name : "", (fmi2Status)status, category, "%s", message);
 }
 

@@ -1,14 +1,14 @@
 /* One instance of a model in an FMU: what both versions of the interface share. Internal to the FMU.
  *
- *  1. Everything that changes lies in one block (fmu_state and the arrays behind it) and in the block of the
- *     solver, so that both can be copied out and back bit for bit.
+ *  1. All memory that changes is one block (fmu_state and the arrays after it) and the block of the
+ *     solver, so that both can be saved and restored bit for bit.
  *  2. Value references: 0 is the time, then y, dy/dt, u, p and the outputs follow in the order of the model, then
  *     the discrete variables of the user, and the event indicators.
  *  3. Nothing is allocated between fmu_create and fmu_destroy but states that the importer asks for.
  *  4. The numbers of the statuses are those of FMI 2 and FMI 3.
  *  5. The seeds of derivatives are passed behind the discrete variables in z.
- *  6. A model with events shares z with its solver, whose modes are the only ones. What events need is reached
- *     through `events` of the description alone, so that other models do without (fmi_events.c).
+ *  6. A model with events shares z with its solver, whose modes are the only ones. Only `events` of the description leads to
+ *     the code for events, so that other models do without it (fmi_events.c).
  */
 #ifndef MECH_FMI_INSTANCE_H
 #define MECH_FMI_INSTANCE_H

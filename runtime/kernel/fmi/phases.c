@@ -8,7 +8,7 @@ int fmu_plan_experiment(fmu *f, int tolerance_defined, mech_real tolerance, mech
                         mech_real stop)
 {
     if (!mech_finite(start) || (stop_defined && !(stop >= start)))
-        return fmu_fail(f, FMU_ERROR, "start %g and stop %g are no interval", start, stop);
+        return fmu_fail(f, FMU_ERROR, "start %g and stop %g are not an interval", start, stop);
     if (tolerance_defined && (!(tolerance > 0) || !mech_finite(tolerance)))
         return fmu_fail(f, FMU_ERROR, "the tolerance %g is not positive and finite", tolerance);
     const int ends = stop_defined && mech_finite(stop - start); /* a stop at infinity is none */

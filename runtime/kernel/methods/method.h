@@ -26,7 +26,7 @@ typedef struct mech_method {
     /* The longest step from the present state that this suggests. NULL: only attempts tell. */
     mech_real (*longest)(mech_solver *s);
     int gives_derivative;  /* an attempt fills dy_new, too                                   */
-    /* A step solves for contacts, friction and what is engaged: they are no events. The impulses [n_rows] of the last one, and
+    /* A step solves for contacts, friction and what is engaged: they are not events. The impulses [n_rows] of the last one, and
        the rates [n_rows] that they left. NULL: events are found. */
     const mech_real *(*impulses)(const mech_solver *s, const mech_real **rates);
     /* The same where contacts are a crowd: writes to z what their forces do, and those that are asked. */

@@ -1,9 +1,9 @@
-/* Steps of Moreau and Jean, with the midpoint: what touches in the middle of the step gets impulses that keep Signorini's and
- * Coulomb's laws at its end. No step ends at an impact, none is refused for one, and many at once are one problem (cones.h).
+/* The time stepping of Moreau and Jean with the midpoint: contacts that are closed in the middle of a step get impulses that fulfil
+ * Signorini's and Coulomb's laws at its end. Impacts neither end nor reject steps, and simultaneous ones are one problem (cones.h).
  *
  * q_m = q + h/2 v; v' = v + h a(q_m, v + h/2 a) without contacts; impulses r along the rows at q_m, so that v+ = v' + W r; q' = q_m + h/2 v+.
- * A contact that approaches with restitution e, faster than it rests and than the step itself drives it, rebounds once its gap is
- * closed: u+ >= -e u-. Others may come as far as the surface at the end of the step: u+ >= -2 g/h. The work of the impulses
+ * A contact with restitution e rebounds once its gap is closed, u+ >= -e u-, if it approaches faster than the speed of rest and than the
+ * forces of one step would drive it. Others may reach the surface at the end of the step: u+ >= -2 g/h. The work of the impulses
  * is that at the mean of both velocities; where the mass is constant this is the energy that is lost, to rounding.
  *
  * Where forces are stiff, they are those at the mean of both ends, linearised (the implicit midpoint rule): with B the
@@ -30,12 +30,12 @@ static const mech_real STIFF = MECH_C(0.25);
 static int lacks(const mech_model *model)
 {
     const mech_hybrid *h = model->hybrid;
-    return h && (h->crowd ? h->crowd->n_told : h->n_rows) && !h->carried ? MECH_RUNNING : MECH_NEEDS_ROWS;
+    return h && (h->crowd ? h->crowd->n_told : h->n_rows) ? MECH_RUNNING : MECH_NEEDS_ROWS;
 }
 
 /* The memory of a step. */
 typedef struct room {
-    mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver, *steepest;
+    mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver, *steepest, *outputs;
     mech_cone *cones;
     int *row, *contact;
     mech_moreau_crowd crowd; /* where contacts are one */
@@ -48,7 +48,7 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
     const size_t ny = (size_t)(m->nq + m->nv + m->nx), nz = (size_t)m->nz, few = nv <= MOST_STIFF;
     const size_t sizes[] = {n, n, 1, nz, ny, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * (nv + n),
                             n * n, n, n, n, mech_cones_room((int)n), mech_room_for(n * sizeof(mech_cone)), 2 * mech_integers((int)n),
-                            nv, few * nv * nv, few * 2 * mech_integers((int)nv)};
+                            nv, few * nv * nv, few * 2 * mech_integers((int)nv), m->hybrid && m->hybrid->carried ? (size_t)m->n_outputs : 0};
     const int crowd = m->hybrid && m->hybrid->crowd;
     mech_real *places[sizeof sizes / sizeof sizes[0]];
     size_t total = 0;
@@ -61,7 +61,7 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
                     .before = places[6], .after = places[7], .response = places[8], .w = places[9], .q = places[10], .r = places[11],
                     .u = places[12], .solver = places[13], .cones = (mech_cone *)places[14], .row = (int *)places[15],
                     .contact = (int *)(places[15] + mech_integers((int)n)), .steepest = places[16],
-                    .stiff = {0, (int)nv, places[17], (int *)places[18], (int *)(places[18] + mech_integers((int)nv))}};
+                    .stiff = {0, (int)nv, places[17], (int *)places[18], (int *)(places[18] + mech_integers((int)nv))}, .outputs = places[19]};
     if (o && crowd) mech_moreau_crowd_attach(&o->crowd, m, memory + total);
     return total + (crowd ? mech_moreau_crowd_numbers(m) : 0);
 }
@@ -277,6 +277,21 @@ static void solve_rows(mech_solver *s, const room *o, mech_real h, const mech_re
     }
 }
 
+/* What constraints and drives that move bring in while impulses take velocities from free_ to v: the change of the energy that
+ * these alone make, about the mean of v0 and v, and what they take out of it. o->y: the middle. */
+static mech_real carried(mech_solver *s, const room *o, mech_real t, const mech_real *v0, const mech_real *free_, const mech_real *v, mech_real lost)
+{
+    const mech_model *m = s->model;
+    mech_real sides[2];
+    for (int side = 0; side < 2; side++) {
+        const mech_real share = side ? MECH_C(-0.5) : MECH_C(0.5);
+        for (int i = 0; i < m->nv; i++) o->y[m->nq + i] = (v0[i] + v[i]) / 2 + share * (v[i] - free_[i]);
+        m->outputs(t, o->y, s->u, s->o.z, s->o.p, o->outputs);
+        sides[side] = o->outputs[m->hybrid->total];
+    }
+    return sides[0] - sides[1] + lost;
+}
+
 /* B x for |x| = size, from a(q_m, v0) in f1. o->y: the middle, and v0; work: two derivatives. */
 static void steepen(mech_solver *s, const room *o, mech_real h, const mech_real *f1, const mech_real *x, mech_real *work, mech_real *out)
 {
@@ -370,6 +385,8 @@ static mech_real attempt(mech_solver *s, mech_real h)
     else
         solve_rows(s, &o, h, v0, free_, v, &lost, &supplied);
     if (!mech_finite(*o.fastest)) return *o.fastest;
+    if (hybrid->carried && hybrid->supplied >= 0 && hybrid->total >= 0 && !o.stiff.is)
+        supplied = carried(s, &o, middle, v0, free_, v, lost);
     /* q' is an affine function of v: that of v+ from those of v and of the mean */
     for (int i = 0; i < nv; i++) o.y[nq + i] = (v0[i] + v[i]) / 2;
     s->o.z = o.z;

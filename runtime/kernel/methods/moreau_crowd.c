@@ -65,13 +65,16 @@ static void forget(near *found)
 static int look(const mech_crowd_at *at, const mech_moreau_crowd *o, mech_real h, mech_real here, mech_real speed, near *found)
 {
     const mech_crowd *c = at->m->hybrid->crowd;
+    const mech_real until = here + h / 2 * speed;
     found->n = 0;
-    for (int i = 0; i < c->n; i++) {
-        if (o->wake[i] > here + h / 2 * speed) continue;
+    for (int i = 0, line = 0; i < c->n; i++) {
+        if (o->wake[i] > until) continue;
         if (!widen(found, c->n_values)) return 0;
-        const mech_crowd_kind *kind = mech_crowd_kind_of(c, i);
+        while (line + 1 < c->n_lines && c->lines[line + 1].first <= i) line++;
+        const mech_crowd_who who = mech_crowd_who_on(c, &c->lines[line], i);
+        const mech_crowd_kind *kind = who.kind;
         mech_real *values = found->values + (size_t)found->n * (size_t)c->n_values;
-        mech_crowd_values(at, i, values);
+        mech_crowd_values_of(at, &who, values);
         const mech_real *k = values + mech_crowd_entries(kind, 0), *bound = k + kind->n_normal;
         mech_real most = mech_abs(values[1]), reach = 0;
         for (int l = 0; l < kind->n_normal; l++) {

@@ -89,7 +89,7 @@ mech_solver *mech_create(const mech_model *model, const mech_options *options)
     if (events) {
         mech_events->attach(events, model, rest);
         rest += mech_events->numbers(model);
-        if (method->impulses) events->n = model->hybrid->n_switches; /* rows are no events then */
+        if (method->impulses) events->n = model->hybrid->n_switches; /* rows are not events then */
         memcpy(events->z, options->z, (size_t)model->nz * sizeof(mech_real));
         s->o.z = events->z;
     }

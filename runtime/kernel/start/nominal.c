@@ -1,16 +1,16 @@
 /* Nominal values: the size that each state has in a run, against which its error is measured.
  *
- * Every rule multiplies and compares quantities of one unit only, so that a change of units changes no step. The rules,
- * in this order:
+ * Every rule multiplies and compares quantities of the same unit only, so that steps do not depend on units. The rules, in this order:
  *  1. a nominal that the model declares; 1 for the entries of a rotation;
  *  2. the initial value, else the size of the declared range;
  *  3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
- *  4. where this is zero, the smallest one of the states of the same kind and unit, that it feels if there is one;
+ *  4. where this is zero, the smallest nominal of the states of the same kind and unit, of those coupled to it if there are any;
  *  5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
- *  6. what the state reaches in a first run, which measures it against what the rate at the start would lead to;
+ *  6. the largest value in a trial run, in which the size is what the initial rate would lead to;
  *  7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
- * Values below 1e-12 of the largest one of their kind and unit that they feel count as zero, as do accelerations below 1e-12 of their terms, and no nominal is below 1e-6 of it, but not
- * above what the state reaches. An account of energy has the size of the energies at the start, else what it reaches.
+ * Values below 1e-12 of the largest coupled one of their kind and unit count as zero, as do accelerations below 1e-12 of their
+ * terms. A nominal is at least 1e-6 of that largest one, but not above the largest value of the state. An account of energy has
+ * the size of the energies at the start, else its largest value.
  */
 #include "nominal.h"
 
@@ -180,8 +180,11 @@ int mech_nominal_rules(const mech_motion *x, const mech_real *reached, const mec
 /* Zero for what is rounding beside others of its unit that it feels, among n states from `first` on. */
 static void drop_rounding(const mech_sizes *sizes, int first, int n, mech_real *values)
 {
+    mech_real most = 0;
+    for (int i = first; i < first + n; i++) most = mech_max(most, mech_abs(values[i]));
     for (int i = first; i < first + n; i++) {
         mech_real largest = 0;
+        if (values[i] == 0 || mech_abs(values[i]) >= ROUNDING * most) continue; /* beside all of them, too */
         for (int k = first; k < first + n; k++)
             if (mech_alike(&sizes->states[k], &sizes->states[i])) largest = mech_max(largest, mech_abs(values[k]));
         if (mech_abs(values[i]) < ROUNDING * largest) values[i] = 0;

@@ -51,7 +51,7 @@ class Environment(Environments):
     @property
     def y(self) -> Array:
         if self._stale:
-            self._read(self._at, 0, 1)
+            self._read()
             self._stale = False
         found: Array = self._outputs_now
         return found
@@ -59,7 +59,7 @@ class Environment(Environments):
     def step(self) -> None:
         """Take one control step with the inputs of ``u``. Raises ``SimulationError`` if the motion fails on its way or has ended."""
         self._stale = True
-        while self._step(self._at):
+        while self._step():
             pass
         if self._read_status(0) != 1:
             raise self._ended()
@@ -80,7 +80,7 @@ class Environment(Environments):
         try:
             while self.status in (1, 0):
                 struct.max_steps = last - self._progress().steps
-                unfinished = self._step(self._at)
+                unfinished = self._step()
                 now = self._progress()
                 if self.status == 1 and self.time >= until:
                     return
@@ -154,7 +154,7 @@ class Environment(Environments):
         problem = self._problem
         names = [quantity.name for quantity in problem.inputs]
         if name not in names:
-            return SimulationError(f"'{name}' is no input (inputs: {', '.join(names) or 'none'})")
+            return SimulationError(f"'{name}' is not an input (inputs: {', '.join(names) or 'none'})")
         k = names.index(name)
         if k in {i for own, more in derived(problem).items() for i in (own, *more)}:
             return SimulationError(

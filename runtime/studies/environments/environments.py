@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from ...ensembles.lanes import Lanes, Maker, NoLanes, find_lanes, refuse_lanes
 from ...integrate.kernel_failure import kernel_failure
 from ...integrate.solver import kink_times, method_of, table_structs
 from ...methods import KERNEL_METHODS
+from ...native import calls
 from ...native import kernel as native
 from ...native.status import Status
 from ...outcome import AT_SINGULAR_POSITIONS, SimulationError, time_text
@@ -180,8 +181,8 @@ class Environments:
         if self._library.mech_environments_open(self._struct):
             raise MemoryError("the kernel could not allocate its environments")
         self._at = ctypes.c_void_p(ctypes.addressof(self._struct))
-        self._step: Callable[[ctypes.c_void_p], int] = self._library.mech_environments_step
-        self._read: Callable[[ctypes.c_void_p, int, int], object] = self._library.mech_environments_read
+        self._step = calls.task_of(self._library.mech_environments_step, self._at)
+        self._read = calls.task_of(self._library.mech_environments_read, self._at)
 
     def _lanes_of(self, method: str) -> Lanes | None:
         """Return the lanes by which the environments move; None: each by a solver."""
@@ -285,14 +286,14 @@ class Environments:
     def y(self) -> Array:
         """The outputs [n, ny]."""
         if self._stale:
-            self._read(self._at, 0, self._wishes.n)
+            self._read()
             self._stale = False
         return self._outputs
 
     def step(self) -> None:
         """Take all of them one control step on, with the inputs of ``u``. Status tells those that fail."""
         self._stale = True
-        while self._step(self._at):
+        while self._step():
             pass  # a signal is heard in between
 
     def reset(

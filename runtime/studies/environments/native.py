@@ -43,7 +43,7 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
     "mech_environments_close": (None, (_OF_ALL,)),
     "mech_environments_step": (c_long, (c_void_p,)),
     "mech_environments_reset": (c_int, (_OF_ALL, c_long, c_int)),
-    "mech_environments_read": (None, (c_void_p, c_long, c_long)),
+    "mech_environments_read": (c_long, (c_void_p,)),
     "mech_environments_save_size": (c_size_t, (_OF_ALL, c_long)),
     "mech_environments_save": (None, (_OF_ALL, c_long, c_void_p)),
     "mech_environments_load": (None, (_OF_ALL, c_long, c_void_p)),

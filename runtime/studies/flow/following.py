@@ -18,7 +18,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from ...integrate.kernel_run import run_kernel
-from ...integrate.solver_options import SolverOptions
+from ...integrate.solver import SolverOptions
 from ...numerics.continuation import Reached, follow, located
 from ...numerics.rank import MOTIONS, null_space
 from ...outcome import SimulationError
@@ -72,6 +72,14 @@ class OrbitBifurcation(Struct, frozen=True):
     note: str = ""
 
 
+def special_words(one: OrbitBifurcation, name: str) -> str:
+    """Say what happens to orbits over a parameter, and where."""
+    low, high = one.between
+    if one.kind == "jump":
+        return f"jump to another orbit between {name} = {low:.6g} and {high:.6g}: no step stays on the branch"
+    return f"{one.kind} at {name} = {one.value:.10g}{f': {one.note}' if one.note else ''}"
+
+
 class Follower:
     """Follows orbits. ``planned``: the model at a value; ``length``: the period that is given there, None where it is free. ``kept``:
     the energy of all orbits, where they lie in families."""
@@ -115,7 +123,7 @@ class Follower:
         found = orbit.map
         vectors = []
         if self.free:
-            along = Shooter(linear, True, None).rate(linear.tangents.case.begin, orbit.whole)
+            along = Shooter(linear, True, None).rate(linear.tangents.case.begin, orbit.whole, found.z)
             vectors.append(found.directions.T @ along)
         if self.kept is not None:
             space = found.directions[linear.kept]

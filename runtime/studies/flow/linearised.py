@@ -16,16 +16,14 @@ from numpy.typing import NDArray
 from ...numerics.rank import POSITIONS, decomposed, inverse, singular_values
 from ...outcome import SimulationError, time_text
 from ...problem import Array, Problem
-from ...tangent.coordinates import basis, minimal
+from ...tangent.coordinates import basis, minimal, projected
 from ...tangent.flow import Tangents
-from ...tangent.projection import projected
 from ..runs.simulate import Plan
-from .memory import declared_discretes, real_discretes, remembered, unchanged
 
 ROUNDING = 64 * float(np.finfo(float).eps)
 """Of a map over some hundred steps, relative to its size."""
-
-
+SETTLING = 4
+"""Periods after which what a motion sets once has been set."""
 PARTS = (1 / 64, 1 / 16, 1 / 4, 1.0)
 """Of a run, in which it is looked how far the state moves discrete variables."""
 
@@ -34,7 +32,7 @@ class LinearMap(Struct, frozen=True, eq=False):
     """``matrix`` [r, r]: of changes along the columns of ``directions`` [2 nv + nx + m, r], which span what the constraints
     allow and the m real discrete variables, each in nominal sizes; ``error`` [r, r]; the state there, ``end`` [ny], with the
     discrete variables ``z`` [nz]. ``memory``: the real discrete variables of ``directions``, the last ones; ``constant``: those
-    that do not change with anything."""
+    that are taken over as they are, but for a constant; ``stated``: those that are set to what no small change moves."""
 
     matrix: Array
     error: Array
@@ -43,6 +41,7 @@ class LinearMap(Struct, frozen=True, eq=False):
     z: Array
     memory: tuple[int, ...] = ()
     constant: tuple[int, ...] = ()
+    stated: tuple[int, ...] = ()
 
     def of(self, memory: Sequence[int]) -> LinearMap:
         """Give the same of some of its real discrete variables."""
@@ -67,7 +66,9 @@ class LinearMap(Struct, frozen=True, eq=False):
             return self
         _, by_states, own = self.blocks()
         constant = tuple(self.memory[j] for j in unchanged(by_states, own))
-        return replace(self.of([self.memory[j] for j in remembered(self.blocks())]), constant=constant)
+        stated = tuple(self.memory[j] for j in range(len(own)) if not by_states[j].any() and not own[j].any())
+        kept = self.of([self.memory[j] for j in remembered(self.blocks())])
+        return replace(kept, constant=constant, stated=stated)
 
 
 def of_pieces(maps: Sequence[LinearMap]) -> tuple[int, ...]:
@@ -181,7 +182,15 @@ class Linearised:
                     help="let a first-order state follow it, and constrain by that state",
                 )
         found = decomposed(moved[:, self.own])
-        return np.hstack([found.left[:, : found.rank(POSITIONS)], kept])
+        free = found.left[
+            :, : found.rank(POSITIONS, 1.0)
+        ]  # of unit changes: all of what is left may be rounding
+        if not free.size and not kept.size:
+            raise SimulationError(
+                f"'{self.problem.name}' has no freedom: its constraints and what drives it leave no other motion",
+                help="drive it by a force or a torque, so that it can move otherwise",
+            )
+        return np.hstack([free, kept])
 
     @staticmethod
     def onto(
@@ -207,20 +216,23 @@ class Linearised:
         """
         every = tuple(range(len(self.reals)))
         directions = self.allowed(start, every)
-        end, found = self.over(self.tangents, begin, start, duration)
+        end, found, z = self.over(self.tangents, begin, start, duration)
         arriving = directions if closed else self.allowed(end, every)
         matrix = arriving.T @ found @ directions
         error = np.zeros_like(matrix)
         if checked:
             beside = self.tangents.tighter()
-            there, other = self.over(beside, begin, start, duration)
+            there, other, modes = self.over(beside, begin, start, duration)
             error = np.abs(matrix - arriving.T @ other @ directions)
             if beside.tolerance <= self.tangents.tolerance:
-                end, matrix = there, arriving.T @ other @ directions
-        return LinearMap(matrix, error, directions, *self.split(end), memory=every)
+                end, z, matrix = there, modes, arriving.T @ other @ directions
+        return LinearMap(matrix, error, directions, self.split(end)[0], z, memory=every)
 
-    def over(self, tangents: Tangents, begin: float, start: Array, duration: float) -> tuple[Array, Array]:
-        """Give where a motion ends, and the map [2 nv + nx + m, 2 nv + nx + m] of all changes, in nominal sizes."""
+    def over(
+        self, tangents: Tangents, begin: float, start: Array, duration: float
+    ) -> tuple[Array, Array, Array]:
+        """Give where a motion ends, the map [2 nv + nx + m, 2 nv + nx + m] of all changes, in nominal sizes, and all discrete
+        variables [nz] at the end, among them what sticks, slips and touches."""
         problem = self.problem
         y, z = self.split(start)
         w, dz = self.changes(y, np.eye(self.size))
@@ -232,7 +244,7 @@ class Linearised:
             )
         assert flow.z is not None and flow.dz is not None
         end = flow.states[-1]
-        return self.joined(end, flow.z[-1]), self.told(end, flow.tangents[-1], flow.dz[-1])
+        return self.joined(end, flow.z[-1]), self.told(end, flow.tangents[-1], flow.dz[-1]), flow.z[-1]
 
     def named(self, found: LinearMap) -> str:
         """Name the discrete variables of a map."""
@@ -246,17 +258,36 @@ class Linearised:
         ]
         return float(max(gaps, default=0.0))
 
-    def unreturned(self, start: Array, found: LinearMap) -> list[str]:
-        """Name what is constant in small changes and does not come back: numbers that are counted, and what is on or off."""
+    def changed(self, start: Array, found: LinearMap) -> list[int]:
+        """Give the places in z of what small changes do not move and does not come back: numbers that are counted, and what is on
+        or off. ``found`` is of what is remembered."""
         _, z = self.split(start)
-        differing = {j for j in range(len(self.reals)) if j not in found.constant}
-        skipped = {self.reals[j] for j in differing}
+        moved = {k for j, k in enumerate(self.reals) if j not in found.constant and j not in found.stated}
+        return [k for k in self.declared if k not in moved and z[k] != found.z[k]]
+
+    def unreturned(self, start: Array, found: LinearMap) -> list[str]:
+        """Say what of discrete variables does not come back."""
+        _, z = self.split(start)
         return [
             f"'{self.problem.discretes[k].name}' does not come back after this time, it goes from {z[k]:.6g} to {found.z[k]:.6g}: "
-            "it is taken as constant, and where the motion reads it this is no period"
-            for k in self.declared
-            if k not in skipped and z[k] != found.z[k]
+            "it is taken as constant, and where the motion reads it this is not a period"
+            for k in self.changed(start, found)
         ]
+
+    def settled(self, begin: float, start: Array, duration: float, first: LinearMap) -> Array:
+        """Give a start with the discrete variables of the period from which on the fewest of them change otherwise than by small
+        changes: what is set once, as by the first sample, is set then. ``first``: the map from the start, of what is remembered."""
+        y, _ = self.split(start)
+        left, starts, found = [self.changed(start, first)], [start], first
+        while left[-1] and len(left) <= SETTLING:
+            following = self.joined(y, found.z)
+            try:
+                found = self.map(begin, following, duration, checked=False).remembered()
+            except SimulationError:
+                break
+            left.append(self.changed(following, found))
+            starts.append(following)
+        return starts[first_of_fewest(left)]
 
 
 def own_directions(problem: Problem) -> Array:
@@ -322,3 +353,47 @@ def determinant(found: LinearMap) -> tuple[float, float]:
         return value, abs(value) * float(np.linalg.norm(inverse(found.matrix))) * noise
     others = [float(np.prod(np.delete(grown, k))) for k in range(len(grown))]
     return value, float(np.linalg.norm(others)) * noise
+
+
+def real_discretes(problem: Problem) -> tuple[int, ...]:
+    """Give the places in z of the discrete variables that have derivatives, in their order."""
+    if problem.hybrid is None:
+        return ()
+    return tuple(k for k, q in enumerate(problem.discretes) if q.kind == "discrete" and q.type == "real")
+
+
+def declared_discretes(problem: Problem) -> tuple[int, ...]:
+    """Give the places in z of the discrete variables of the model itself, of all types."""
+    return tuple(k for k, q in enumerate(problem.discretes) if q.kind == "discrete")
+
+
+def first_of_fewest(left: Sequence[Sequence[int]]) -> int:
+    """Give from which period on no more change than in the last one."""
+    return max((k + 1 for k, one in enumerate(left) if len(one) > len(left[-1])), default=0)
+
+
+def unchanged(by_others: Array, by_discretes: Array) -> list[int]:
+    """Give the discrete variables that a map takes over as they are, but for a constant: by_others [z][n], by_discretes [z][z]."""
+    unit = np.eye(len(by_discretes))
+    return [
+        j for j in range(len(unit)) if np.array_equal(by_discretes[j], unit[j]) and not by_others[j].any()
+    ]
+
+
+def remembered(*maps: tuple[Array, Array, Array]) -> list[int]:
+    """Give the discrete variables that maps change and that what moves reads, at once or later.
+
+    Each map tells how what moves changes with z [n][z], and z with what moves [z][m] and with z [z][z]. The others are
+    constant, are set again before they are read, or are read by nothing.
+    """
+    count = len(maps[0][2])
+    same = set(range(count)).intersection(*(unchanged(by_others, own) for _, by_others, own in maps))
+    reads = np.any([np.abs(by_z).any(axis=0) for by_z, _, _ in maps], axis=0)
+    uses = np.any([own != 0 for _, _, own in maps], axis=0)
+    wanted, seen = np.flatnonzero(reads).tolist(), set[int]()
+    while wanted:
+        j = wanted.pop()
+        if j not in seen and j not in same:
+            seen.add(j)
+            wanted += np.flatnonzero(uses[j]).tolist()
+    return sorted(seen)

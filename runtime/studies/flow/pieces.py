@@ -172,16 +172,15 @@ def _of_events(case: Case, y: Array, u: Array, index: int = 0, further: float = 
         return found
     arrays = [np.ascontiguousarray(a) for a in (y, u, case.z, case.p)]
 
-    def called(function: int | None, size: int) -> Array:
-        out = np.zeros(size)
-        if function is not None and size:
+    def called(function: int | None, out: Array) -> Array:
+        if function is not None and out.size:
             contract.MODEL_FUNCTION(function)(case.begin, *(a.ctypes.data for a in arrays), out.ctypes.data)
         return out
 
-    found.append(called(hybrid.indicators, hybrid.n_switches + hybrid.n_rows))
+    found.append(called(hybrid.indicators, np.zeros(hybrid.n_switches + hybrid.n_rows)))
     for k in range(hybrid.n_branches):
         branch = hybrid.branches[k]
-        behind = called(branch.act, y.size + case.z.size + branch.n_checks)
+        behind = called(branch.act, np.concatenate([y, case.z, np.zeros(branch.n_checks)]))
         behind[index] -= further
         found.append(behind)
     return found

@@ -23,9 +23,7 @@ class RecordStudy(Study, frozen=True, kw_only=True):
     of_past = True
     unused = frozenset({"every", "estimate_error"})
 
-    of: Annotated[Formula | None, settable("The quantity; the first coordinate without it.", "formula")] = (
-        None
-    )
+    of: Annotated[Formula | None, settable("The quantity (default: the first coordinate).", "formula")] = None
     settling: Annotated[
         float | Formula | None, settable('A time that is left out first: "50*2*pi/w".', "interval")
     ] = None

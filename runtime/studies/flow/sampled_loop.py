@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 import scipy.linalg
 from msgspec import Struct
+from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from ...case import Case
@@ -18,7 +19,7 @@ from ...local.active_constraints import with_held
 from ...local.frequency_response import Amplitudes, held, polynomial
 from ...local.independent_coordinates import independent
 from ...local.linear_system import LinearSystem, columns_of
-from ...local.operating_point import Site
+from ...local.operating_point import PART, Site
 from ...local.zeros import Complex
 from ...native import contract
 from ...outcome import SimulationError
@@ -26,7 +27,7 @@ from ...problem import Array, Problem
 from ...tangent.augmented import Augmented, augment
 from ...tangent.directions import as_asked, named
 from ...tangent.instant import Instant
-from .memory import remembered
+from .linearised import SETTLING, declared_discretes, first_of_fewest, remembered, unchanged
 
 CHANGED = 1e-9
 """Of a value and one: what a sample changes by less rests."""
@@ -111,35 +112,21 @@ def sampled_loop(
     case = site.case
     listed = named(case, [problem.inputs[k].name for k in used])
     augmented = augment(case, as_asked(case, listed, 1))
-    it = _Sampling(augmented, site, y)
-    period, remarks = it.period(), []
-    branches = it.due()
-    reals = augmented.reals
     free = independent(site.chart, with_held(site, site.derivatives(y)))
     directions = site.chart.of_entries(y) @ free.tangent
-    nothing = np.zeros(len(reals))
-    g_x = np.array([it.act(branches, column, nothing)[0][:, 0] for column in directions.T]).T
-    g_x = g_x.reshape(len(reals), directions.shape[1])
-    rest = np.zeros(problem.ny)
-    g_z = np.array([it.act(branches, rest, unit)[0][:, 0] for unit in np.eye(len(reals))]).T.reshape(
-        len(reals), len(reals)
-    )
-    by_inputs, after = it.act(branches, rest, nothing)
-    g_u = tuple(_picked(by_inputs[:, 1:], order, used) for order in columns)
+    it, change = _settled(augmented, site, y, directions)
+    period, remarks, reals = it.period(), list[str](), augmented.reals
+    g_x, g_z, by_inputs, after = change.g_x, change.g_z, change.by_inputs, change.after
+    g_u = tuple(_picked(by_inputs, order, used) for order in columns)
     e, c_z = it.felt(outputs, system)
     kept = remembered((np.vstack([e, c_z]), np.hstack([g_x, *g_u]), g_z))
     for j, k in enumerate(reals):
-        if j in kept and abs(after[k] - site.z[k]) > CHANGED * (1 + abs(site.z[k])):
+        if j in kept and abs(after[k] - it.site.z[k]) > CHANGED * (1 + abs(it.site.z[k])):
             remarks.append(
-                f"a sample changes '{problem.discretes[k].name}' here: this state is no rest, and small motions are those beside the motion"
+                f"a sample changes '{problem.discretes[k].name}' here: this state is not at rest, and small motions are deviations from the motion"
             )
-    counted = [
-        k
-        for k, q in enumerate(problem.discretes)
-        if q.kind == "discrete" and k not in reals and after[k] != site.z[k]
-    ]
-    for k in counted:
-        remarks.append(f"'{problem.discretes[k].name}' counts samples, and is taken as constant")
+    for k in it.changed(change):
+        remarks.append(f"a sample changes '{problem.discretes[k].name}', which is taken as constant")
     it.check_constraints([reals[j] for j in kept])
     assert len(g_u) == 3
     names = tuple(problem.discretes[reals[j]].name for j in kept)
@@ -157,6 +144,41 @@ def sampled_loop(
         names,
         tuple(remarks),
     )
+
+
+class _Change(Struct, frozen=True, eq=False):
+    """How a sample changes real discrete variables, as in ``SampledLoop`` but by all inputs [z][1 + m], and all of them ``after`` it."""
+
+    g_x: Array
+    g_z: Array
+    by_inputs: Array
+    after: Array
+
+
+def _settled(augmented: Augmented, site: Site, y: Array, directions: Array) -> tuple[_Sampling, _Change]:
+    """Return the sample that finds set what the samples before it set once. Raises SimulationError where the rates have other
+    derivatives then."""
+    looked = list[tuple[_Sampling, _Change]]()
+    left, z = list[list[int]](), site.z
+    while not left or (left[-1] and len(left) <= SETTLING):
+        it = _Sampling(augmented, replace(site, z=z), y)
+        change = it.change(directions)
+        looked.append((it, change))
+        left.append(it.changed(change))
+        z = site.z.copy()
+        declared = list(declared_discretes(site.problem))
+        z[declared] = change.after[declared]
+    it, change = looked[first_of_fewest(left)]
+    here, there = (
+        site.case.functions.matrices[PART](site.t, y, site.u, z, site.p) for z in (site.z, it.site.z)
+    )
+    if not np.array_equal(here, there, equal_nan=True):
+        names = ", ".join(f"'{site.problem.discretes[k].name}'" for k in left[0])
+        raise SimulationError(
+            f"the first samples set {names}, after which the rates have other derivatives",
+            help="declare them with the values that later samples find",
+        )
+    return it, change
 
 
 def _picked(matrix: Array, columns: list[int], used: list[int]) -> Array:
@@ -182,6 +204,24 @@ class _Sampling:
         columns, changes = np.zeros((len(w), count)), np.zeros((len(dz), count))
         columns[:, 0], changes[:, 0] = w, dz
         return Instant(self.augmented, self.site.t, self.y, columns, z, changes, np.zeros(count))
+
+    def change(self, directions: Array) -> _Change:
+        """Return what a sample does, by displacements along ``directions`` [ny][n]."""
+        count, branches = len(self.augmented.reals), self.due()
+        nothing, rest = np.zeros(count), np.zeros(self.problem.ny)
+        by_states = [self.act(branches, column, nothing)[0][:, 0] for column in directions.T]
+        by_discretes = [self.act(branches, rest, unit)[0][:, 0] for unit in np.eye(count)]
+        by_inputs, after = self.act(branches, rest, nothing)
+        g_x = np.array(by_states).T.reshape(count, directions.shape[1])
+        return _Change(g_x, np.array(by_discretes).T.reshape(count, count), by_inputs[:, 1:], after)
+
+    def changed(self, change: _Change) -> list[int]:
+        """Return the places in z of what a sample changes, and small changes do not move."""
+        felt = np.abs(np.hstack([change.g_x, change.g_z, change.by_inputs])).max(axis=1, initial=0.0) > 0
+        same = unchanged(np.hstack([change.g_x, change.by_inputs]), change.g_z)
+        moved = [k for j, k in enumerate(self.augmented.reals) if felt[j] and j not in same]
+        z = self.site.z
+        return [k for k in declared_discretes(self.problem) if k not in moved and change.after[k] != z[k]]
 
     def _clocks(self) -> NDArray[np.intp]:
         h = self.here.hybrid

@@ -56,8 +56,17 @@ def close(
 ) -> ShootingOrbit:
     """Find the periodic motion near a start; ``free``: the period is unknown. ``energy``: which the orbit is to have.
 
-    What the motion keeps in discrete variables and reads again has to come back as well. Raises SimulationError where none is found.
+    What the motion keeps in discrete variables and reads again has to come back as well; what it sets once is set at its start. Raises
+    SimulationError where none is found.
     """
+    found = _closed(linear, start, period, free, energy)
+    settled = linear.settled(linear.tangents.case.begin, found.whole, found.period, found.map)
+    return found if settled is found.whole else _closed(linear, settled, found.period, free, energy)
+
+
+def _closed(
+    linear: Linearised, start: Array, period: float, free: bool, energy: OrbitEnergy | None
+) -> ShootingOrbit:
     shooter = Shooter(linear, free, energy)
     start = linear.joined(*linear.split(start))
     first = linear.map(linear.tangents.case.begin, start, period, checked=False).remembered()
@@ -100,7 +109,7 @@ class OrbitEnergy(Struct, frozen=True):
 
 
 class _Pieces(Struct, frozen=True, eq=False):
-    """Where the pieces begin (states with discrete variables), the ``residual`` [m n] by which they miss joining, their linear maps, the states where they end, and
+    """Where the pieces begin (states with discrete variables), the ``residual`` [m n] by which they miss joining, their linear maps, the states where they end, all discrete variables there, and
     the ``size`` of what is wrong, in nominal sizes."""
 
     nodes: list[Array]
@@ -108,6 +117,7 @@ class _Pieces(Struct, frozen=True, eq=False):
     residual: Array
     blocks: list[Array]
     ends: list[Array]
+    modes: list[Array]
     size: float
 
 
@@ -183,19 +193,20 @@ class Shooter:
     def _pieces(self, nodes: list[Array], period: float) -> _Pieces:
         """Give how far the pieces are from joining, their linear maps and the states where they end."""
         linear, count = self.linear, len(nodes)
-        residual, blocks, ends = [], [], []
+        residual, blocks, ends, modes = [], [], [], []
         nodes = list(nodes)
         for k in range(count):
             begin = self.case.begin + k * period / count
-            end, matrix = linear.over(linear.tangents, begin, nodes[k], period / count)
-            if k + 1 < count:  # what is no unknown goes on as it is
+            end, matrix, z = linear.over(linear.tangents, begin, nodes[k], period / count)
+            if k + 1 < count:  # what is not an unknown goes on as it is
                 nodes[k + 1] = self._continued(nodes[k + 1], end)
             following = nodes[(k + 1) % count]
             residual.append(self.gap(following, end, turns=k == count - 1)[linear.kept])
             blocks.append(matrix)
             ends.append(end)
+            modes.append(z)
         gaps = np.concatenate(residual)
-        return _Pieces(nodes, period, gaps, blocks, ends, self._size(gaps, nodes[0]))
+        return _Pieces(nodes, period, gaps, blocks, ends, modes, self._size(gaps, nodes[0]))
 
     def _continued(self, node: Array, end: Array) -> Array:
         """Give a node with the discrete variables of the end before it, but for those that are unknowns."""
@@ -238,7 +249,7 @@ class Shooter:
             matrix[rows, places[k] : places[k + 1]] += at.blocks[k][np.ix_(kept, kept)] @ spaces[k]
             matrix[rows, places[following] : places[following + 1]] -= spaces[following]
             if self.free:
-                rate = self.rate(self.case.begin + (k + 1) * period / count, at.ends[k])
+                rate = self.rate(self.case.begin + (k + 1) * period / count, at.ends[k], at.modes[k])
                 matrix[rows, -1] = rate[kept] * period / count
         wanted = -at.residual
         if self.energy is not None:
@@ -268,9 +279,10 @@ class Shooter:
         size = float(np.linalg.norm(slope)) or 1.0
         return slope / size, (energy.value - here) / size
 
-    def rate(self, t: float, start: Array) -> Array:
-        """Give the rates of a start in nominal sizes [2 nv + nx + m]: discrete variables rest."""
-        case, (y, z) = self.case, self.linear.split(start)
+    def rate(self, t: float, start: Array, z: Array) -> Array:
+        """Give the rates of a start in nominal sizes [2 nv + nx + m], at all discrete variables [nz], which rest: what slips is
+        driven by its friction."""
+        case, (y, _) = self.case, self.linear.split(start)
         rate = case.functions.rhs(t, y, inputs_at(case, t), z, case.p)
         return self.linear.told(y, rate[:, None], np.zeros((len(self.linear.reals), 1)))[:, 0]
 

@@ -173,7 +173,7 @@ class Effective:
                     )
 
     def _check_quadratic(self, y: Array) -> None:
-        """Refuse kinetic energies that are no quadratic functions of the velocities."""
+        """Refuse kinetic energies that are not quadratic functions of the velocities."""
         nq = self.nq
         q, v = np.tile(y[:nq], (4, 1)), np.outer((0.0, 0.5, 1.0, 1.5), y[nq : 2 * nq] + 0.1)
         kinetic, potential = self._energies(q, v)
@@ -181,7 +181,7 @@ class Effective:
         size = float(np.abs(kinetic).max())
         if abs(third) > 1e-9 * size or np.ptp(potential) > 1e-9 * float(np.abs(potential).max() + size):
             raise SimulationError(
-                f"the energies of '{self.case.problem.name}' are no quadratic functions of its velocities: this "
+                f"the energies of '{self.case.problem.name}' are not quadratic functions of its velocities: this "
                 "integral does not hold for them"
             )
 

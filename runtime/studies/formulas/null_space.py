@@ -53,7 +53,7 @@ class Null(Struct, frozen=True, eq=False):
 
 
 def independent_columns(values: Array) -> list[int]:
-    """Return the columns [n, k] that are no combinations of a constant and of columns before them."""
+    """Return the columns [n, k] that are not combinations of a constant and of columns before them."""
     scale = np.abs(values).max(axis=0)
     filled = np.flatnonzero(scale > 0)
     columns = np.hstack([np.ones((len(values), 1)), values[:, filled] / scale[filled]])

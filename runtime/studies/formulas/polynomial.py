@@ -1,4 +1,4 @@
-"""Formulas as sums of products, so that like terms meet: what is no sum or product stays as it is written."""
+"""Formulas as sums of products, so that like terms meet: what is not a sum or product stays as it is written."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def _beside_lagrangian(energy: EnergyAccounts | None) -> tuple[str, ...]:
     told = []
     if energy.dissipated:
         told.append(
-            f"friction, damping and impacts, which are no part of L, take {energy.dissipated:.4g} {energy.unit}".rstrip()
+            f"friction, damping and impacts, which are not part of L, take {energy.dissipated:.4g} {energy.unit}".rstrip()
             + ": this path makes no action stationary"
         )
     if energy.supplied:

@@ -36,7 +36,7 @@ def moved_parameter(study: Study, site: Site, over: Range) -> Callable[[float], 
         return by_input
     if over.name not in names:
         raise SimulationError(
-            f"'{over.name}' is no parameter of '{problem.name}': equilibria do not depend on where a motion starts",
+            f"'{over.name}' is not a parameter of '{problem.name}': equilibria do not depend on where a motion starts",
             help="follow them over a parameter or a constant input",
         )
     index = names.index(over.name)

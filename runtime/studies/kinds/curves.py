@@ -91,7 +91,7 @@ class FollowCurves(Study, frozen=True, kw_only=True):
         (over,) = self.over
         if over.name not in {q.name for q in problem.parameters}:
             raise SimulationError(
-                f"'{over.name}' is no parameter of '{problem.name}'",
+                f"'{over.name}' is not a parameter of '{problem.name}'",
                 help="curves are followed over a parameter",
             )
         return over

@@ -5,24 +5,28 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any
 
 import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
+from ...case import find_setting
 from ...integrate.interruption import NotedInterruptions
 from ...outcome import SimulationError
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, FormulaSurface, Range, settable
 from ..findings import Curve, Findings, Panel, Table
+from ..flow.branch import FollowedBranch, follow_branch
 from ..flow.carried_sweep import CarriedSweep, interval_of, refuse_states
 from ..flow.crossings import crossings, extrema, fine_times
+from ..flow.following import FollowedPlace, special_words
 from ..flow.pieces import periodic
 from ..runs.simulate import Plan, plan_run
 from ..study import Study
+from .ensemble import EnsembleOf, Varying
 
 VALUES = 200
 COUNT = 100
@@ -50,7 +54,7 @@ class Diagram(Study, frozen=True, kw_only=True):
         settable(f'The parameter or input: "w = 1 .. 3, 400"; {VALUES} values without a count.', "ranges"),
     ] = ()
     of: Annotated[
-        Formula | None, settable("The quantity that is drawn; the first coordinate without it.", "formula")
+        Formula | None, settable("Quantity to draw (default: the first coordinate).", "formula")
     ] = None
     every: Annotated[float | Formula | None, settable('A point once in this time: "2*pi/w".', "interval")] = (
         None  # type: ignore[assignment]
@@ -59,9 +63,9 @@ class Diagram(Study, frozen=True, kw_only=True):
         FormulaSurface | None, settable('A point at each crossing: "der(x) = 0".', "surface")
     ] = None
     direction: Annotated[
-        str | None, settable("Which way through the surface: up, down, both; up without it.", "text")
+        str | None, settable("Direction of crossing: up, down, both (default: up).", "text")
     ] = None
-    at: Annotated[str | None, settable("Points at maxima, minima or impacts; maxima without it.", "text")] = (
+    at: Annotated[str | None, settable("Points at maxima, minima or impacts (default: maxima).", "text")] = (
         None
     )
     hold: Annotated[
@@ -79,6 +83,19 @@ class Diagram(Study, frozen=True, kw_only=True):
         ),
     ] = "up"
 
+    starts: Annotated[
+        tuple[Varying, ...],
+        settable(
+            'Begin from each of these starts, to see attractors beside each other: "x = -1 .. 1, 5; der(x) = {0, 1}".',
+            "varying",
+        ),
+    ] = ()
+
+    branch: Annotated[
+        bool,
+        settable("Follow the first periodic motion along the parameter, stable or not, as a line.", "flag"),
+    ] = False
+
     def solve(self, problem: Problem) -> Findings:
         """Follow the motion at each value. Raises SimulationError."""
         self._check()
@@ -91,6 +108,8 @@ class Diagram(Study, frozen=True, kw_only=True):
         values = np.linspace(over.low, over.high, over.count or VALUES)
         passages = self.at or "maxima"
         rows: list[DiagramRow] = []
+        settled: Solution | None = None
+        branch: FollowedBranch | str | None = None
 
         def held(plan: Plan, y: Array) -> float:
             if self.hold is not None:
@@ -102,16 +121,73 @@ class Diagram(Study, frozen=True, kw_only=True):
         with NotedInterruptions() as interrupted:
             sweep = CarriedSweep(problem, self, over, held, interrupted)
             span = _length_of_a_run(problem, self)
-            ways = ORDERS[self.order]
-            for k, way in enumerate(ways):
-                part = (k / len(ways), (k + 1) / len(ways))
+            starts, unvaried = _starts_of(problem, self), sweep.options.values
+            rounds = [(start, way) for start in starts for way in ORDERS[self.order]]
+            for k, (start, way) in enumerate(rounds):
+                part = (k / len(rounds), (k + 1) / len(rounds))
+                sweep.options = replace(sweep.options, values={**unvaried, **start})
+                if way == ORDERS[self.order][0]:
+                    sweep.afresh()
                 ordered = values[::-1] if way == "down" else values
                 for value, plan, solution in sweep.motions(ordered, part, afresh=way == "start"):
                     t = self._times(plan, solution, seen, passages)
-                    rows.append(_row(problem, plan, solution, seen, way, value, t))
+                    rows.append(replace(_row(problem, plan, solution, seen, way, value, t), start=start))
+                    if settled is None and rows[-1].period:
+                        first, settled = len(rows) - 1, solution
                 if not sweep.goes_on:
                     break
-        return _findings(problem, self, sweep, seen, rows)
+            if self.branch and sweep.goes_on:
+                branch = "there is no periodic motion from which to follow a branch"
+                if settled is not None:
+                    ordered = values[::-1] if rows[first].way == "down" else values
+                    branch = self._followed(
+                        problem, sweep, ordered[first % len(values) :], rows[first], settled, interrupted
+                    )
+        drawn = (
+            None
+            if isinstance(branch, str) or branch is None
+            else self._lines(problem, seen, passages, branch)
+        )
+        return _findings(problem, self, sweep, seen, rows, branch, drawn)
+
+    def _followed(
+        self,
+        problem: Problem,
+        sweep: CarriedSweep,
+        values: Array,
+        row: DiagramRow,
+        settled: Solution,
+        interrupted: Callable[[], bool],
+    ) -> FollowedBranch | str:
+        """Follow the orbit of a row along further values; tell why where there is none."""
+
+        def interval(plan: Plan) -> float:
+            if self.every is None:
+                return period
+            between = interval_of(plan, plan.case.y0, self.every, "the time between the points")
+            return row.period * between
+
+        if row.times.size > row.period:
+            period = float(row.times[-1] - row.times[-1 - row.period])
+        elif self.every is not None and isinstance(self.every, float | int):
+            period = row.period * float(self.every)
+        else:
+            return "the first periodic motion has too few points to follow it: hold each value longer"
+        try:
+            return follow_branch(
+                problem, sweep.options, sweep.over.name, values, settled, period, interval, interrupted
+            )
+        except SimulationError as failure:
+            return f"no branch was followed: {failure.message}"
+
+    def _lines(
+        self, problem: Problem, seen: Formula, passages: str, branch: FollowedBranch
+    ) -> list[DiagramRow]:
+        """Return the points of one round of each orbit of a branch."""
+        return [
+            _row(problem, plan, solution, seen, "", place.value, self._times(plan, solution, seen, passages))
+            for place, (plan, solution) in zip(branch.places, branch.rounds, strict=True)
+        ]
 
     def _check(self) -> None:
         if len(self.over) != 1:
@@ -139,7 +215,7 @@ class Diagram(Study, frozen=True, kw_only=True):
         if self.every is not None:
             interval = interval_of(plan, plan.case.y0, self.every, "the time between the points")
             last = math.floor((end - begin) / interval * (1 + 1e-12))
-            count: Array = np.arange(math.ceil((half - begin) / interval), last + 1, dtype=float)
+            count: Array = np.arange(last // 2 + 1, last + 1, dtype=float)  # after the half, not on it
             return np.minimum(begin + interval * count, end)
         if passages == "impacts" and self.where is None:
             hits = {event.time for event in solution.events if event.kind == "impact"}
@@ -154,6 +230,17 @@ class Diagram(Study, frozen=True, kw_only=True):
         return extrema(solution, seen.name, t, EXTREMA[passages])
 
 
+def _starts_of(problem: Problem, study: Diagram) -> list[dict[str, float]]:
+    """Return the starts from which motions begin. Raises SimulationError for what is not a part of the state."""
+    if not study.starts:
+        return [{}]
+    members = EnsembleOf(vary=study.starts, values=study.values).members(problem)
+    for name in members.names:
+        if find_setting(problem, name).array != "y":
+            raise SimulationError(f"'{name}' is not an initial value: starts differ in these alone")
+    return [dict(zip(members.names, row.tolist(), strict=True)) for row in members.values(0, members.count)]
+
+
 class DiagramRow(Struct, frozen=True, eq=False):
     """The points of one value: ``times`` [n] and values ``seen`` [n]; after how many of them the motion repeats itself, 0 where it
     does not, and by how much it then is off."""
@@ -164,6 +251,7 @@ class DiagramRow(Struct, frozen=True, eq=False):
     seen: Array
     period: int
     unsettled: float
+    start: dict[str, float] = {}
 
 
 def _length_of_a_run(problem: Problem, study: Diagram) -> float:
@@ -219,7 +307,13 @@ def _repeats(y: Array, turn: Array) -> tuple[int, float]:
 
 
 def _findings(
-    problem: Problem, study: Diagram, sweep: CarriedSweep, seen: Formula, rows: Sequence[DiagramRow]
+    problem: Problem,
+    study: Diagram,
+    sweep: CarriedSweep,
+    seen: Formula,
+    rows: Sequence[DiagramRow],
+    branch: FollowedBranch | str | None,
+    followed: Sequence[DiagramRow] | None,
 ) -> Findings:
     over = sweep.over
     unit = next(q.unit for q in (*problem.states, *problem.outputs) if q.name == seen.name)
@@ -228,6 +322,10 @@ def _findings(
         "time": np.concatenate([np.empty(0), *(row.times for row in rows)]),
         seen.text: np.concatenate([np.empty(0), *(row.seen for row in rows)]),
     }
+    for name in rows[0].start if rows else ():
+        arrays[f"start of {name}"] = np.repeat(
+            [row.start[name] for row in rows], [row.times.size for row in rows]
+        )
     way_of = np.repeat([row.way for row in rows], [row.times.size for row in rows])
     if len(ORDERS[study.order]) > 1:
         arrays["way"] = way_of
@@ -258,12 +356,19 @@ def _findings(
         {
             "parameter": {over.name: row.value},
             "way": row.way,
+            **({"start": row.start} if row.start else {}),
             "period": row.period or None,
             "times": row.times.tolist(),
             "points": row.seen.tolist(),
         }
         for row in rows
     ]
+    if isinstance(branch, str):
+        remarks.append(branch)
+    elif branch is not None and followed is not None:
+        curves = (*curves, *_branch_curves(branch, followed, len(ways)))
+        remarks += [special_words(one, over.name) for one in branch.specials]
+        remarks += [branch.message] if branch.message else []
     details: dict[str, Any] = {
         "of": seen.text,
         "diagram": points,
@@ -273,7 +378,24 @@ def _findings(
             "errors_from": f"{ERRORS}, relative to nominal + |value|",
         },
     }
-    message = sweep.message or f"{count} points at {len(rows)} values of {over.name}"
+    if isinstance(branch, FollowedBranch) and followed is not None:
+        details["branch"] = [
+            {
+                "parameter": {over.name: place.value},
+                "period": place.orbit.period,
+                "points": row.seen.tolist(),
+                "multipliers": [[float(v.real), float(v.imag)] for v in place.multipliers],
+                "stable": _stable(place),
+            }
+            for place, row in zip(branch.places, followed, strict=True)
+        ]
+        details["special"] = [
+            {"kind": one.kind, "value": one.value, "between": list(one.between)} for one in branch.specials
+        ]
+    begun = {tuple(row.start.items()) for row in rows}
+    from_starts = f" from {len(begun)} starts" if study.starts else ""
+    told = len({row.value for row in rows}) if study.starts else len(rows)
+    message = sweep.message or f"{count} points at {told} values of {over.name}{from_starts}"
     return Findings(
         study="diagram",
         model=problem.name,
@@ -304,17 +426,50 @@ def _dots(rows: Sequence[DiagramRow], name: str, colour: int) -> list[Curve]:
     return found
 
 
+def _stable(place: FollowedPlace) -> bool:
+    return bool(np.abs(place.multipliers).max(initial=0.0) < 1)
+
+
+def _branch_curves(branch: FollowedBranch, rows: Sequence[DiagramRow], colour: int) -> list[Curve]:
+    """Draw a branch as a line for each point of a period, dashed where it is unstable; it ends where the number of points changes."""
+    found, named = [], set[str]()
+    kinds = [(_stable(place), row.seen.size) for place, row in zip(branch.places, rows, strict=True)]
+    start = 0
+    for end in range(1, len(rows) + 1):
+        if end < len(rows) and kinds[end] == kinds[start] and not branch.places[end].first:
+            continue
+        stable, size = kinds[start]
+        joined = end < len(rows) and kinds[end][1] == size and not branch.places[end].first
+        part = rows[start : end + joined]
+        for k in range(size):
+            name = "stable" if stable else "unstable"
+            label = "" if name in named else name
+            named.add(name)
+            found.append(
+                Curve(
+                    label,
+                    np.array([row.value for row in part]),
+                    np.array([row.seen[k] for row in part]),
+                    "line" if stable else "dashed",
+                    colour,
+                )
+            )
+        start = end
+    return found
+
+
 def _changes(rows: Sequence[DiagramRow]) -> list[tuple[str, float, float, str, str]]:
     """Return between which neighbouring values of one way the period changes."""
 
     def word(row: DiagramRow) -> str:
         return str(row.period) if row.period else "none" if row.times.size else "no points"
 
-    return [
+    found = (
         (a.way, a.value, b.value, word(a), word(b))
         for a, b in itertools.pairwise(rows)
-        if a.way == b.way and word(a) != word(b)
-    ]
+        if a.way == b.way and a.start == b.start and word(a) != word(b)
+    )
+    return list(dict.fromkeys(found))  # once, where several starts lead to it
 
 
 def _title(study: Diagram) -> str:

@@ -46,9 +46,9 @@ class Dimensions(Study, frozen=True, kw_only=True):
     unused = OF_A_MOTION
     of_past = True
 
-    of: Annotated[Formula | None, settable("The quantity that is asked; a time without it.", "formula")] = (
-        None
-    )
+    of: Annotated[
+        Formula | None, settable("Quantity whose dimension to form (default: a time).", "formula")
+    ] = None
     among: Annotated[
         tuple[str, ...],
         settable(
@@ -198,7 +198,8 @@ def _findings(
     remarks = []
     if alone:
         remarks.append(
-            f"{', '.join(alone)}: {'enters' if len(alone) == 1 else 'enter'} nothing, as no product frees it of its unit"
+            f"{', '.join(alone)}: {'enters' if len(alone) == 1 else 'enter'} nothing, as no product frees it of its unit; "
+            "numbers with units in the text, as 9.81 m/s^2, take no part unless they have names"
         )
     shown = [i for i in range(len(BASE_UNITS)) if any(one.exponents[i] for one in given) or asked[i]]
     rows = [

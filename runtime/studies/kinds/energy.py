@@ -40,7 +40,7 @@ class Energy(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     needs = frozenset({"phase"})
-    energy: Annotated[float | None, settable("The energy; without it, that of the start.", "energy")] = None
+    energy: Annotated[float | None, settable("The energy (default: that of the start).", "energy")] = None
     over: Annotated[tuple[Range, ...], settable("Bounds of the coordinates of the picture.", "ranges")] = ()
 
     def solve(self, problem: Problem) -> Findings:
@@ -259,7 +259,7 @@ def _axes(case: Case, over: Sequence[Range]) -> list[Range]:
     strange = [r.name for r in over if r.name not in names]
     if strange:
         raise SimulationError(
-            f"'{strange[0]}' is no coordinate", help=f"the coordinates are {', '.join(names)}"
+            f"'{strange[0]}' is not a coordinate", help=f"the coordinates are {', '.join(names)}"
         )
     if len(over) > 2:
         raise SimulationError("a region is looked at over one coordinate or two", help="name two with --over")

@@ -55,8 +55,8 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         tuple[Varying, ...],
         settable("What differs: ranges, values, distributions, or a CSV file of members.", "varying"),
     ] = ()
-    samples: Annotated[int | None, settable("Members that are drawn at random.", "count")] = None
-    seed: Annotated[int, settable("Number from which random values follow; 1 without it.", "count")] = 1
+    samples: Annotated[int | None, settable("Number of random members.", "count")] = None
+    seed: Annotated[int, settable("Seed of the random numbers (default: 1).", "count")] = 1
     sampling: Annotated[str, settable("plain, latin (hypercube) or sobol.", "text")] = "plain"
     covariance: Annotated[
         tuple[tuple[float, ...], ...],
@@ -70,29 +70,35 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         ),
     ] = ()
     errors: Annotated[
-        float, settable("Members whose error is estimated: all, none or a share; 0.05 without it.", "share")
+        float, settable("Members whose error is estimated: all, none or a share (default: 0.05).", "share")
     ] = TWENTIETH
-    threads: Annotated[int | None, settable("Threads; all processors without it.", "count")] = None
+    threads: Annotated[int | None, settable("Threads (default: all processors).", "count")] = None
     lanes: Annotated[
         str,
         settable("Members side by side in vectors: auto (from 1000 members on), on or off.", "text"),
     ] = "auto"
     device: Annotated[
         str | None,
-        settable("Members on a device, one in each work item: opencl, or opencl:NAME.", "text"),
+        settable("Device that runs the members, one per work item: opencl, or opencl:NAME.", "text"),
     ] = None
     store: Annotated[
-        str | None, settable("File beside which finished members are kept until all are made.", "text")
+        str | None, settable("Output file; finished members are kept next to it until all are done.", "text")
     ] = None
-    resume: Annotated[bool, settable("Go on with the members that an earlier run has kept.", "flag")] = False
+    resume: Annotated[bool, settable("Continue with the members that an earlier run has kept.", "flag")] = (
+        False
+    )
     time_limit: Annotated[
-        float | None, settable("Seconds that a member may take; without a bound without it.", "seconds")
+        float | None,
+        settable("Longest wall-clock time of a member, in seconds (default: no limit).", "seconds"),
     ] = None
     workers: Annotated[
-        int | None, settable("Processes of a Dask cluster on this machine that make the members.", "count")
+        int | None, settable("Number of Dask worker processes to start on this machine.", "count")
     ] = None
     cluster: Annotated[
-        Any, settable("Address of a Dask scheduler whose workers make them; in Python a client.", "cluster")
+        Any,
+        settable(
+            "Address of a Dask scheduler whose workers run the members; in Python also a client.", "cluster"
+        ),
     ] = None
     others: tuple[Other, ...] = ()
     few_steps: int | None = None
@@ -190,8 +196,7 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         if self.cluster is None and self.workers is None:
             yield None
             return
-        from ...ensembles.cluster import Cluster
-        from ...ensembles.connect import connected
+        from ...ensembles.cluster import Cluster, connected
 
         if self.send is None:
             raise SimulationError("a problem that was written by hand cannot be sent to a cluster")

@@ -12,7 +12,7 @@ from ...local.equilibrium import Equilibrium, at_rest, check_autonomous
 from ...local.equilibrium_feasibility import check_side, contacts, penetrated, standing, stilled, touched_by
 from ...local.jumps import on_surfaces, rests_at_jumps
 from ...local.operating_point import PART, Site, edges, moving_inputs, site_of, switched
-from ...local.search import Box, Search, box_of
+from ...local.search import Box, Search, balanced, box_of
 from ...local.stability import UNTOLD, Stability, eigenvalue_text, stability
 from ...local.survey import Survey, surveyed
 from ...local.vibration import SECOND_ORDER
@@ -25,6 +25,8 @@ from ..study import OF_A_MOTION, Study
 from .bifurcation import WORDS, BranchValues, branches_in_numbers, diagram, moved_parameter
 
 GUESSES = 64
+FEW_GUESSES = 4
+"""Before a proof, to see whether it can end."""
 SEEDS = (0.0, 0.13, 0.29, 0.5, 0.71, 0.87, 1.0)
 """Shares of the range of a parameter at which all equilibria are looked for."""
 BESIDE = 0.011
@@ -65,7 +67,7 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
     prove: Annotated[
         bool, settable("Prove by interval arithmetic that there are no others within the bounds.", "flag")
     ] = False
-    guesses: Annotated[int, settable("How many guesses the search begins from; 64 without it.", "count")] = (
+    guesses: Annotated[int, settable("Number of guesses from which to search (default: 64).", "count")] = (
         GUESSES
     )
 
@@ -88,12 +90,23 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
                     "a proof is about one value of the parameters", help="leave 'over' or 'prove' out"
                 )
             return _over(self, site, box, remarks)
+        evened = balanced(site, box)
         if self.prove:
             from ...local.proof import proven
 
+            few = Search(evened, box)
+            if evened.balanced or any(few.goes_on(one) for one in few.run(FEW_GUESSES)):
+                raise SimulationError(
+                    "equilibria of this model are not isolated: no list of them can be proven to be complete",
+                    help="leave 'prove' out",
+                )
             proof = proven(site, box)
             remarks.append(proof.message)
             return _listed(site, box, list(proof.equilibria), remarks, proof.complete)
+        if evened.balanced:
+            site = evened
+            names = ", ".join(f"'{site.chart.names[j]}'" for j in site.balanced)
+            remarks.append(f"the rates of {names} are rounding wherever it is looked at, and count as zero")
         search = Search(site, box)
         search.run(self.guesses)
         survey = surveyed(search)
@@ -139,7 +152,7 @@ def _listed(
 ) -> FoundEquilibria:
     records, rows = [], []
     names = list(_values(site, site.y))
-    beyond = 0
+    beyond = lines = 0
     for one in found:
         stands = standing(switched(site, one.y), one)
         beyond += bool(stands.beyond)
@@ -163,7 +176,13 @@ def _listed(
             _row(record, names, None if any(e is None for e in worst) else max([0.0, *filter(None, worst)]))
         )
         if one.free[box.moved].size and np.abs(one.free[box.moved]).max() > 0:
-            remarks.append("some of these are not isolated: a whole line of equilibria goes through each")
+            if Search(stands.site, box).goes_on(one):
+                lines += 1
+                remarks.append("some of these are not isolated: a whole line of equilibria goes through each")
+            else:
+                remarks.append(
+                    "at some of these the stiffness is singular, though no other equilibria are beside them"
+                )
     for rest in rests_at_jumps(site, box):
         errors = dict(zip(site.chart.names, map(float, rest.errors), strict=True))
         record = _record(site, rest.y, UNTOLD, {}, {n: e for n, e in errors.items() if n in names})
@@ -179,6 +198,8 @@ def _listed(
         remarks.append(f"left out: {beyond} beyond contacts, where the equations alone would rest")
     away = " away from contacts" if contacts(site) else ""
     message = f"{count} equilibri{'um' if count == 1 else 'a'}{away}" + COMPLETE[complete]
+    if lines:
+        message += f", {'' if lines == count else f'{lines} of them '}not isolated"
     if survey is not None and not survey.confirmed:
         message += INCOMPLETE
     return FoundEquilibria(
@@ -222,6 +243,10 @@ def _count(survey: Survey | None) -> dict[str, Any]:
     }
 
 
+SAME = 1e-9
+"""Of eigenvalues that are drawn as one point, relative to the largest."""
+
+
 def _per(site: Site) -> str:
     return f"1/{site.problem.time.unit}" if site.problem.time.unit else ""
 
@@ -252,17 +277,29 @@ def _bounds(site: Site, box: Box) -> dict[str, list[float]]:
 
 
 def _spectrum(records: list[dict[str, Any]], site: Site) -> Panel:
-    curves = []
-    for k, record in enumerate(records):
-        values = np.array([complex(*pair) for pair in record["eigenvalues"]], dtype=complex)
-        name = ", ".join(f"{n} = {v:.4g}" for n, v in list(record["values"].items())[:2])
-        curves.append(
-            Curve(name, values.real.astype(float), values.imag.astype(float), style="points", colour=k)
+    curves: dict[tuple[complex, ...], list[str]] = {}
+    for record in records:
+        values = tuple(complex(*pair) for pair in record["eigenvalues"])
+        size = max(map(abs, values), default=0.0)
+        same = next(
+            (
+                one
+                for one in curves
+                if len(one) == len(values)
+                and all(abs(a - b) <= SAME * size for a, b in zip(one, values, strict=True))
+            ),
+            values,
         )
-    return Panel("eigenvalues", "real part", _per(site), "imaginary part", _per(site), tuple(curves))
-
-
-# ---------------------------------------------------------------- over a parameter
+        errors = record["errors"]
+        shown = [
+            (n, 0.0 if abs(v) <= (errors.get(n) or 0.0) else v) for n, v in list(record["values"].items())[:2]
+        ]
+        curves.setdefault(same, []).append(", ".join(f"{n} = {v:.4g}" for n, v in shown))
+    drawn = tuple(
+        Curve("; ".join(names), np.array(values).real, np.array(values).imag, style="points", colour=k)
+        for k, (values, names) in enumerate(curves.items())
+    )
+    return Panel("eigenvalues", "real part", _per(site), "imaginary part", _per(site), drawn)
 
 
 def _over(study: FindEquilibria, site: Site, box: Box, remarks: list[str]) -> FoundEquilibria:

@@ -52,7 +52,8 @@ class Field(Study, frozen=True, kw_only=True):
         settable("Parameters whose values are sought for which the curl vanishes.", "directions"),
     ] = None
     radius: Annotated[
-        float | None, settable("Of the circle in the first two coordinates; 1 (SI) without it.", "number")
+        float | None,
+        settable("Radius of the circle in the first two coordinates, in SI (default: 1).", "number"),
     ] = None
 
     def solve(self, problem: Problem) -> Findings:
@@ -60,7 +61,7 @@ class Field(Study, frozen=True, kw_only=True):
         case = case_of(problem, self)
         if problem.rotations or problem.constraints or problem.nq != problem.nv:
             raise SimulationError(
-                f"the forces of '{problem.name}' are no field of free coordinates",
+                f"the forces of '{problem.name}' are not a field of free coordinates",
                 help="a particle with coordinates x, y, z and forces on these is one",
             )
         forces = Forces(case)
@@ -139,7 +140,7 @@ class Field(Study, frozen=True, kw_only=True):
         known = [q.name for q in case.problem.parameters]
         unknown = [name for name in self.vary if name not in known]
         if unknown:
-            raise SimulationError(f"'{unknown[0]}' is no parameter of '{case.problem.name}'")
+            raise SimulationError(f"'{unknown[0]}' is not a parameter of '{case.problem.name}'")
         places = [known.index(name) for name in self.vary]
         chance = Chance(case)
 

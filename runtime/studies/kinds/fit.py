@@ -62,7 +62,7 @@ class Fit(Study, frozen=True, kw_only=True):
     noise: Annotated[
         Mapping[str, float],
         settable(
-            'Standard deviations of outputs, estimated without it, and of measured inputs: "theta = 1 mrad".',
+            'Standard deviations of outputs (default: estimated) and of measured inputs: "theta = 1 mrad".',
             "amounts",
         ),
     ] = field(default_factory=dict)

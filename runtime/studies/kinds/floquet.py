@@ -17,9 +17,9 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value
-from ..flow.after_initial_events import after_initial_events
 from ..flow.linearised import Linearised, multipliers
 from ..flow.pieces import column_at, with_horizon
+from ..flow.time_dependence import after_initial_events
 from ..runs.simulate import Plan, plan_run
 from ..study import Study
 
@@ -75,18 +75,19 @@ def _at(problem: Problem, study: Floquet, values: dict[str, float]) -> _Place:
 
 def _one(problem: Problem, place: _Place, linear: Linearised) -> Findings:
     case = place.plan.case
-    found = linear.map(case.begin, case.y0, place.period).remembered()
+    start = _settled(linear, place)
+    found = linear.map(case.begin, start, place.period).remembered()
     values, errors = multipliers(found)
     own = list(problem.own)
     missed = float((np.abs(found.end - case.y0) / place.plan.nominal)[own].max())
-    missed = max(missed, linear.missed(case.y0, found))
+    missed = max(missed, linear.missed(start, found))
     remarks = []
     if missed > BACK:
         remarks.append(
             f"the motion does not come back to its start after this time, it misses it by {missed:.1e} of its size: these "
             "are the multipliers of its linear map, and of a period only where the model is linear with this period"
         )
-    remarks += linear.unreturned(case.y0, found)
+    remarks += linear.unreturned(start, found)
     if found.memory:
         remarks.append(f"changes of {linear.named(found)} belong to the map: the motion keeps and reads them")
     largest, error = float(np.abs(values[0])), float(errors[0])
@@ -122,6 +123,16 @@ def _one(problem: Problem, place: _Place, linear: Linearised) -> Findings:
             "returns": missed <= BACK,
         },
     )
+
+
+def _settled(linear: Linearised, place: _Place) -> Array:
+    """Give the start with what the first periods set once."""
+    case = place.plan.case
+    start = linear.joined(case.y0, case.z)
+    if not linear.declared:
+        return start
+    first = linear.map(case.begin, start, place.period, checked=False).remembered()
+    return linear.settled(case.begin, start, place.period, first)
 
 
 def _over(problem: Problem, study: Floquet, linear: Linearised) -> Findings:
@@ -179,8 +190,8 @@ def _over(problem: Problem, study: Floquet, linear: Linearised) -> Findings:
 
 def _multipliers(linear: Linearised, place: _Place) -> NDArray[Any]:
     """Give the multipliers at other values of parameters, the largest first."""
-    case = place.plan.case
-    found = linear.renewed(place.plan).map(case.begin, case.y0, place.period, checked=False)
+    case, there = place.plan.case, linear.renewed(place.plan)
+    found = there.map(case.begin, _settled(there, place), place.period, checked=False)
     values: NDArray[Any] = np.linalg.eigvals(found.remembered().matrix)
     return values[np.argsort(-np.abs(values))]
 

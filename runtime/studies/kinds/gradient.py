@@ -84,7 +84,7 @@ class FindGradient(Study, frozen=True, kw_only=True):
 
 
 def _check(found: Gradient, goal: str, case: Case) -> None:
-    """Refuse what is no number. Raises SimulationError."""
+    """Refuse what is not a number. Raises SimulationError."""
     if not np.isfinite(found.value):
         raise SimulationError(
             f"'{goal}' is not a number at the end of the motion, at t = {case.stop:g}",

@@ -254,7 +254,7 @@ class _Fit:
 
 
 def _is_product(text: str) -> bool:
-    """Whether a formula is no sum."""
+    """Whether a formula is not a sum."""
     return " + " not in text and " - " not in text
 
 
@@ -322,7 +322,7 @@ def _left_out(problem: Problem) -> tuple[str, ...]:
     for kind in dict.fromkeys(row.kind for row in hybrid.rows):
         listed = ", ".join(f"'{row.name}'" for row in hybrid.rows if row.kind == kind)
         word = {
-            "contact": "contacts, which are no part of H",
+            "contact": "contacts, which are not part of H",
             "friction": "dry friction, which H knows nothing of",
             "freewheel": "dry friction, which H knows nothing of",
         }.get(kind, "constraints that can let go")

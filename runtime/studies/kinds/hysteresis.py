@@ -48,7 +48,7 @@ class Hysteresis(Study, frozen=True, kw_only=True):
         ),
     ] = None
     of: Annotated[
-        Formula | None, settable("What is looked at; the first coordinate without it.", "formula")
+        Formula | None, settable("Quantity to observe (default: the first coordinate).", "formula")
     ] = None
 
     def solve(self, problem: Problem) -> Findings:

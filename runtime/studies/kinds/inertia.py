@@ -48,7 +48,7 @@ class InertiaOf(Study, frozen=True, kw_only=True):
     about: Annotated[
         str,
         settable(
-            "A point by its coordinates, as '0, 0, 50 cm'; bare numbers are metres; the origin without it.",
+            "A point by its coordinates, as '0, 0, 50 cm'; bare numbers are metres (default: the origin).",
             "point",
         ),
     ] = ""

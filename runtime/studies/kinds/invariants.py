@@ -78,7 +78,7 @@ class Invariants(Study, frozen=True, kw_only=True):
     """Constants of the motion that are polynomials in velocities or momenta up to a degree."""
 
     needs = frozenset({"phase"})
-    degree: Annotated[int, settable("Highest degree in velocities or momenta; 2 without it.", "count")] = 2
+    degree: Annotated[int, settable("Highest degree in velocities or momenta (default: 2).", "count")] = 2
 
     def solve(self, problem: Problem) -> Findings:
         """Find the constants in the span. Raises SimulationError where the model has no velocities."""
@@ -128,7 +128,7 @@ class _Search:
         self.unsure = 0
 
     def by_degrees(self, degree: int, gradients: Array) -> list[tuple[Array, int, bool]]:
-        """Return (coefficients, degree, functionally independent of those before it) of all that are no products."""
+        """Return (coefficients, degree, functionally independent of those before it) of all that are not products."""
         known: list[tuple[Array, int, bool]] = []
         count = len(self.terms.listed)
         for level in range(degree + 1):
@@ -206,7 +206,7 @@ def _rank(vectors: Sequence[Array], sizes: Array) -> int:
 
 
 def _adds(known: Sequence[Array], vector: Array, gradients: Array) -> bool:
-    """Tell whether a constant is no function of known ones: the rank of gradients grows, at most of the states."""
+    """Tell whether a constant is not a function of known ones: the rank of gradients grows, at most of the states."""
 
     def rank_of(vectors: Sequence[Array], at: Array) -> int:
         if not vectors:

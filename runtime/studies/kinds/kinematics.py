@@ -40,7 +40,7 @@ class Kinematics(Study, frozen=True, kw_only=True):
     unused = frozenset({"every", "estimate_error"})
     needs = frozenset({"phase"})
     of: Annotated[
-        tuple[str, ...], settable("Outputs that are points or rotation matrices; all without it.", "names")
+        tuple[str, ...], settable("Outputs that are points or rotation matrices (default: all).", "names")
     ] = ()
     at: Annotated[Place, settable("Where: start, or the start with other values.", "place")] = Place()
 
@@ -251,7 +251,7 @@ def _placed(case: Case, at: Place) -> Array:
         )
     for name, value in at.values.items():
         if name not in names:
-            raise SimulationError(f"'{name}' is no coordinate and no rate of '{problem.name}'")
+            raise SimulationError(f"'{name}' is neither a coordinate nor a rate of '{problem.name}'")
         y[names.index(name)] = value
     return y
 

@@ -8,6 +8,7 @@ approximations, see ``local/linear_delays.py``.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar
 
 import numpy as np
@@ -129,7 +130,7 @@ class Linearize(Study, frozen=True, kw_only=True):
         float | None, settable("Period of a sampled system whose inputs are held in between.", "time")
     ] = None
     pade: Annotated[
-        int | None, settable(f"Order of the Padé approximations of delays; {PADE} without it.", "count")
+        int | None, settable(f"Order of the Padé approximations of delays (default: {PADE}).", "count")
     ] = None
 
     def solve(self, problem: Problem) -> Linearization:
@@ -166,7 +167,9 @@ def point_of(
         y = rest.y
     remarks += refuse_edges(site, y, "linearisation")
     if at.word != EQUILIBRIUM and resting(site, y) is None:
-        remarks.append("this state is no equilibrium: the system tells how nearby motions part from this one")
+        remarks.append(
+            "this state is not an equilibrium: the system tells how nearby motions part from this one"
+        )
     inputs, outputs = chosen_inputs(problem, driven), chosen_outputs(problem, observing)
     following = observed_followers(problem, outputs)
     site = replace(site, chart=chart_of(problem, following))
@@ -239,15 +242,16 @@ def _linearized(study: Linearize, point: OperatingLinearization) -> Linearizatio
         )
     form = proper_form(system)
     remarks += held_samples(problem)
-    values, errors = poles(form.a)
+    states = tuple(Quantity(chart.names[int(j)], "state", chart.units[int(j)]) for j in system.chosen)
+    states += system.behind
+    units = [q.unit for q in states]
+    values, errors = poles(form.a, units)
     nulls = system.zeros()
     told = tuple(q for q, _ in outputs)
     driven = tuple(problem.inputs[k] for k in inputs)
     if study.sample is not None:
-        form, values, errors, nulls = _sampled(form, told, study.sample)
+        form, values, errors, nulls = _sampled(form, told, study.sample, units)
     bounds = [None if error is None else max(1.0, system.condition) * error for error in errors]
-    states = tuple(Quantity(chart.names[int(j)], "state", chart.units[int(j)]) for j in system.chosen)
-    states += system.behind
     if not states:
         remarks.append("nothing is free to move here: the system has no states")
     if nulls is None:
@@ -341,7 +345,9 @@ def chosen_inputs(problem: Problem, names: tuple[str, ...]) -> list[int]:
     for name in names:
         if name not in places:
             known = ", ".join(problem.inputs[k].name for k in free) or "none"
-            raise SimulationError(f"'{name}' is no input of '{problem.name}'", help=f"its inputs: {known}")
+            raise SimulationError(
+                f"'{name}' is not an input of '{problem.name}'", help=f"its inputs: {known}"
+            )
         for k, pair in derived(problem).items():
             if places[name] in pair:
                 own = problem.inputs[k].name
@@ -401,7 +407,7 @@ def observed(
                     raise site.undefined(f"'{quantity.name}'", int(rows_of(chart)[column]))
                 if found.outputs_by_others[k].any():
                     raise SimulationError(
-                        f"the output '{quantity.name}' counts energy from the start on: it is no function of the state",
+                        f"the output '{quantity.name}' counts energy from the start on: it is not a function of the state",
                         help="observe something else with outputs = ...",
                     )
             case "y":
@@ -412,11 +418,11 @@ def observed(
 
 
 def _sampled(
-    form: OutputForm, outputs: tuple[Quantity, ...], period: float
+    form: OutputForm, outputs: tuple[Quantity, ...], period: float, units: Sequence[str]
 ) -> tuple[OutputForm, Complex, list[float | None], Complex | None]:
     """Return the system from one sample to the next, for inputs that are held, with poles and zeros of that."""
     form = held_form(form, outputs, period)
-    return form, *poles(form.a), zeros(form.a, form.b, form.c, form.d)
+    return form, *poles(form.a, units), zeros(form.a, form.b, form.c, form.d)
 
 
 def held_form(form: OutputForm, outputs: tuple[Quantity, ...], period: float) -> OutputForm:

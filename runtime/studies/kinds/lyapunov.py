@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import time as clock
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Annotated, Any
 
 import numpy as np
@@ -19,21 +19,32 @@ from ...ensembles.kept import EXPONENT, FACTOR, Kept
 from ...ensembles.result import ENDINGS, Column, Ensemble
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_failure import kernel_failure
-from ...integrate.solver import Solver
+from ...integrate.kernel_run import run_kernel
+from ...integrate.solver import Solver, SolverOptions
 from ...interface import ModelInterface
+from ...native import contract
 from ...native import kernel as native
 from ...native.status import Status
-from ...numerics.growth_rates import BATCHES, CHAOTIC, CONFIDENCE, LONG_BATCHES, estimated, megno, parted
+from ...numerics.growth_rates import (
+    BATCHES,
+    CHAOTIC,
+    CONFIDENCE,
+    LONG_BATCHES,
+    SETTLING,
+    estimated,
+    megno,
+    parted,
+)
 from ...outcome import Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...settings import settable
 from ...tangent.coordinates import basis, minimal
 from ...tangent.flow import GENERAL, Tangents
+from ...tangent.saltation import StartsOnSurface
 from ..findings import Curve, Findings, Panel, Value
-from ..flow.after_initial_events import after_initial_events
 from ..flow.linearised import Linearised, LinearMap, of_pieces
 from ..flow.pieces import with_horizon
-from ..flow.time_dependence import depends_on_time
+from ..flow.time_dependence import after_initial_events, depends_on_time
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Members, Study
 from .ensemble import EnsembleOf, Varying
@@ -49,10 +60,16 @@ WATCHED = 64
 """Intervals after which their length is set again, from the largest growth among them."""
 LONGEST = 32.0
 """Times the first interval, at most."""
+SHARES = (1 / 64, 1 / 16, 1 / 4)
+"""Of a run, from which on changes are followed where the start lies on a surface at which something changes."""
 KEEP = "lyapunov(time), megno(time)"
 ONE_EXPONENT = "over parameters and starts the largest exponent is told, and no others: leave 'count' out"
 WANTED = 0.012
 """Half of the interval over the largest exponent, at which a study without a time ends."""
+BELOW = 20.0
+"""Times half of the interval of an exponent that is zero, from which on all others below it are told from it."""
+STABLE = 0.05
+"""The same where the largest exponent is negative."""
 SECONDS = 45.0
 """Of processor time, after which it ends at any rate: what it finds is the same on a machine that is busy."""
 FEWEST = 40 * BATCHES
@@ -88,7 +105,7 @@ class Lyapunov(Study, frozen=True, kw_only=True):
     of_own_states = True
 
     time: Annotated[float | None, settable("How long to follow the motion.", "time")] = None
-    count: Annotated[int | None, settable("How many exponents; all without it.", "count")] = None
+    count: Annotated[int | None, settable("Number of exponents (default: all).", "count")] = None
     over: Annotated[
         tuple[Varying, ...],
         settable('The largest one over parameters and starts: "a = 0 .. 1, 50, b = {1, 2}".', "varying"),
@@ -158,8 +175,9 @@ def _one_by_one(problem: Problem, study: Lyapunov) -> Ensemble:
                 ENDINGS.index("completed" if outcome is Outcome.COMPLETED else "failed"),
             )
             if outcome is Outcome.COMPLETED:
-                (numbers[k, 0],), (errors[k, 0],) = estimated(times, growth)
-                (numbers[k, 1],) = megno(times, growth)
+                (numbers[k, 0],), (errors[k, 0],) = _exponents(times, growth)
+                if np.isfinite(numbers[k, 0]):
+                    (numbers[k, 1],) = megno(times, growth)
             else:
                 texts += [message] if message not in texts else []
                 reasons[k] = texts.index(message)
@@ -181,8 +199,9 @@ def _followed(
     problem: Problem, study: Lyapunov, plan: Plan, interrupted: Callable[[], bool]
 ) -> tuple[Array, Array, Outcome, str]:
     """Give times [n] and the logarithms of growth up to them [n, k], without the settling, and how it ended."""
-    case = plan.case
     linear = Linearised(plan)
+    plan = _off_surfaces(plan, linear)
+    case = plan.case
     first_memory = _remember(linear, case)
     allowed = linear.allowed(case.y0, first_memory)
     count = min(study.count or allowed.shape[1], allowed.shape[1])
@@ -198,10 +217,11 @@ def _followed(
     random = np.random.default_rng(0)
     first, _ = np.linalg.qr(allowed @ random.standard_normal((allowed.shape[1], count)))
     carrier.begin(*linear.changes(case.y0, first))
-    times, growth = [case.begin], [np.zeros(count)]
+    times, growth, losses = [case.begin], [np.zeros(count)], [np.zeros(count, dtype=bool)]
     begun, stop = clock.process_time(), math.inf if study.time is None else case.begin + study.time
     looked, spread, before = case.begin + FEWEST * interval, 0.0, False
     outcome, message = Outcome.COMPLETED, ""
+    goes_on = study.time is None and count > 1 and not _at_rest(plan) and not depends_on_time(plan)
     try:
         while times[-1] < stop * (1 - 1e-12) - 1e-300:
             if interrupted():
@@ -210,6 +230,7 @@ def _followed(
             until = min(stop, times[-1] + interval)
             grown = carrier.advance(until)
             growth.append(growth[-1] + grown)
+            losses.append(carrier.lost)
             times.append(until)
             spread = max(spread, float(np.append(grown, 0.0).max() - np.append(grown, 0.0).min()))
             if len(times) % WATCHED == 0:
@@ -221,19 +242,70 @@ def _followed(
                     study.progress(max(done, 0.0 if study.time else (clock.process_time() - begun) / SECONDS))
             late = clock.process_time() - begun > SECONDS and len(times) > 8 * BATCHES
             if study.time is None and (until > looked or late):
-                means, halves = estimated(np.array(times), np.array(growth))
-                known, before = before, bool(halves[0] < WANTED * abs(means[0]))
+                told = _of_what_is_left(times, growth, losses)
+                if np.isneginf(told[-1]).all():
+                    break
+                means, halves = estimated(np.array(times), told[:, np.isfinite(told[-1])])
+                wanted = (STABLE if means[0] < 0 else WANTED) * abs(means[0])
+                known, before = before, bool(halves[0] < wanted)
                 known = known and before
                 far = until - case.begin > 4 * FEWEST * shortest
                 none = means[0] < 2 * halves[0] < 2 * NOTHING / shortest and far
-                if known or none or late:
+                # where only that along the motion is not negative, it is zero
+                below = -means[1:] > np.maximum(BELOW * halves[0], 2 * halves[1:])
+                cycle = bool(
+                    goes_on and len(times) > 4 * BATCHES and abs(means[0]) < 2 * halves[0] and below.all()
+                )
+                if known or none or cycle or late:
                     break
                 looked = case.begin + LATER * (until - case.begin)
     except _Ended as ended:
         outcome, message = Outcome.FAILED, str(ended)
     finally:
         carrier.close()
-    return np.array(times), np.array(growth), outcome, message
+    return np.array(times), _of_what_is_left(times, growth, losses), outcome, message
+
+
+def _of_what_is_left(times: Sequence[float], growth: Sequence[Array], losses: Sequence[Array]) -> Array:
+    """Give growths [n, k], minus infinity from where nothing is left of a change; but for the time in which the motion settles."""
+    found, lost = np.array(growth), np.array(losses)
+    lost[np.array(times) <= times[0] + SETTLING * (times[-1] - times[0])] = False
+    found[np.logical_or.accumulate(lost, axis=0)] = -np.inf
+    return found
+
+
+def _off_surfaces(plan: Plan, linear: Linearised) -> Plan:
+    """Give a plan that begins a little later where the start lies on a surface at which something changes, as where friction
+    sticks: exponents do not depend on the start. Raises SimulationError where something sticks at the later times, too."""
+    case, refused = plan.case, None
+    for share in (0.0, *SHARES) if case.problem.hybrid is not None else ():
+        moved = case if share == 0 else _later(plan, case.begin + share * (case.stop - case.begin))
+        w, dz = linear.changes(moved.y0, np.eye(linear.size))
+        try:
+            linear.tangents.flow(moved.begin, moved.y0, w, np.array([moved.begin]), z=moved.z, dz=dz)
+        except StartsOnSurface as failure:
+            refused = refused or failure
+            continue
+        except SimulationError:  # told where it is followed
+            pass
+        return replace(plan, case=moved)
+    if refused is not None:
+        raise refused
+    return plan
+
+
+def _later(plan: Plan, begin: float) -> Case:
+    """Give the case that goes on from a later time. Raises SimulationError where the motion ends before."""
+    case = plan.case
+    step = case.step if plan.method.fixed_step else None
+    options = SolverOptions(plan.method.name, case.tolerance, plan.nominal, step)
+    run = run_kernel(replace(case, grid=np.array([begin]), stop=begin), options)
+    if run.ending(case.problem) or run.happened is None:
+        raise SimulationError(
+            f"the motion of '{case.problem.name}' ends at its start: {run.ending(case.problem)}"
+        )
+    y = run.y[-1]
+    return replace(case, begin=begin, y0=y, wanted=y, z=run.happened.grid_z[-1], assembled=None)
 
 
 def _remember(linear: Linearised, case: Case) -> tuple[int, ...]:
@@ -241,7 +313,21 @@ def _remember(linear: Linearised, case: Case) -> tuple[int, ...]:
     from its start on. Raises SimulationError where it has no derivatives."""
     if not linear.reals:
         return ()
-    start, maps = linear.joined(case.y0, case.z), list[LinearMap]()
+    start = linear.joined(case.y0, case.z)
+    maps, changing = _in_pieces(linear, case, start)
+    if changing:  # what is set once, as by the first sample, is set at the start of all later motion
+        maps, _ = _in_pieces(linear, case, linear.joined(case.y0, maps[-1].z))
+    linear.memory = of_pieces(maps)
+    whole = maps[0]
+    for one in maps[1:]:
+        matrix = one.matrix @ whole.matrix
+        whole = replace(whole, matrix=matrix / (np.abs(matrix).max() or 1.0))
+    return whole.of(linear.memory).remembered().memory
+
+
+def _in_pieces(linear: Linearised, case: Case, start: Array) -> tuple[list[LinearMap], bool]:
+    """Give the maps of pieces of a first run, and whether discrete variables change otherwise than by small changes."""
+    maps, changing = list[LinearMap](), False
     span = (case.stop - case.begin) / PIECES
     for k in range(PIECES):
         try:
@@ -250,13 +336,9 @@ def _remember(linear: Linearised, case: Case) -> tuple[int, ...]:
             if not maps:
                 raise
             break
+        changing |= bool(linear.changed(start, maps[-1].remembered()))
         start = linear.joined(maps[-1].end, maps[-1].z)
-    linear.memory = of_pieces(maps)
-    whole = maps[0]
-    for one in maps[1:]:
-        matrix = one.matrix @ whole.matrix
-        whole = replace(whole, matrix=matrix / (np.abs(matrix).max() or 1.0))
-    return whole.of(linear.memory).remembered().memory
+    return maps, changing
 
 
 class _Ended(Exception):
@@ -284,6 +366,9 @@ class _Carrier:
         self.tangents = Tangents(plan.case, plan.method, plan.nominal, (), count)
         self.time, self.y, self.z = plan.case.begin, plan.case.y0, plan.case.z
         self.solver: Solver | None = None
+        self.lost = np.zeros(count, dtype=bool)
+        """Changes of which nothing is left, as after friction stuck, in the last interval."""
+        self.random = np.random.default_rng(1)
         self.fixed = None if self.problem.rotations else basis(self.problem, self.y)
 
     def begin(self, w: Array, dz: Array) -> None:
@@ -318,7 +403,7 @@ class _Carrier:
             if flow.short:
                 raise _Ended(flow.short)
             assert flow.z is not None and flow.dz is not None
-            self.y, self.z = linear.split(linear.joined(flow.states[-1], flow.z[-1]))
+            self.y, self.z = flow.states[-1], flow.z[-1]
             self.w, self.dz = flow.tangents[-1], flow.dz[-1]
         else:
             status = Status.RUNNING
@@ -334,28 +419,46 @@ class _Carrier:
         reduced = np.concatenate([reduced, self.dz])
         own = np.zeros_like(reduced)
         own[linear.kept] = (reduced / linear.scale[:, None])[linear.kept]
-        q, r = np.linalg.qr(own)
-        sizes = np.abs(np.diag(r))
-        if linear.memory:
-            sizes[sizes < LOST * sizes.max()] = 0.0
+        alive = self.w.any(axis=0) | self.dz.any(axis=0)
+        q = np.zeros_like(own)
+        q[:, alive], r = np.linalg.qr(own[:, alive])
+        sizes = np.zeros(self.count)
+        sizes[alive] = np.abs(np.diag(r))
         if not np.isfinite(sizes).all():
-            raise _Ended(f"changes of the motion are no numbers at {time_text(problem, until)}")
-        if (sizes == 0).any():
-            left = int((sizes > 0).sum())
-            where = " or a sample sets a variable again" if linear.memory else ""
-            raise _Ended(
-                f"before {time_text(problem, until)} neighbouring motions become one, as where friction sticks{where}: of "
-                f"{len(sizes)} exponents {len(sizes) - left} are minus infinity"
-                + (f"; ask for the others: --count {left}" if left else "")
-            )
+            raise _Ended(f"changes of the motion are not numbers at {time_text(problem, until)}")
+        if problem.hybrid is not None:
+            sizes[sizes < LOST * sizes.max()] = 0.0
+        self.lost = sizes == 0
+        q[:, self.lost] = 0.0
+        if self.lost.any() and not self._holds():
+            q = self._renewed(q)
         turned = basis(problem, self.y) if self.fixed is None else self.fixed
         q = q * linear.scale[:, None]
         self.w, self.dz = turned @ q[: linear.states], q[linear.states :]
         self.time = until
         if self.solver is not None:
             self.solver.write(augmented.joined(self.y, self.w))
-        found: Array = np.log(sizes)
+        found: Array = np.log(np.where(self.lost, 1.0, sizes))
         return found
+
+    def _holds(self) -> bool:
+        """Whether friction sticks or a contact rests, so that changes cannot be chosen freely."""
+        address = self.plan.case.functions.struct.hybrid
+        if not address:
+            return False
+        hybrid = contract.HybridStruct.from_address(address)
+        flags = [hybrid.rows[i].flag for i in range(hybrid.n_rows)]
+        return any(flag >= 0 and self.z[flag] > 0.5 for flag in flags)
+
+    def _renewed(self, q: Array) -> Array:
+        """Give directions with new ones, orthogonal to the others, where nothing is left."""
+        linear, lost = self.linear, self.lost
+        allowed = linear.allowed(linear.joined(self.y, self.z), linear.memory)
+        other = allowed @ self.random.standard_normal((allowed.shape[1], int(lost.sum())))
+        other -= q[:, ~lost] @ (q[:, ~lost].T @ other)
+        q = q.copy()
+        q[:, lost] = np.linalg.qr(other)[0]
+        return q
 
 
 def kaplan_yorke(exponents: Array, errors: Array) -> tuple[float, float] | None:
@@ -372,6 +475,22 @@ def kaplan_yorke(exponents: Array, errors: Array) -> tuple[float, float] | None:
     return j + share, float((errors[:j].sum() + share * errors[j]) / -exponents[j])
 
 
+def _exponents(times: Array, growth: Array) -> tuple[Array, Array]:
+    """Give exponents [k] with half of their intervals; minus infinity for changes of which nothing is left."""
+    left = np.isfinite(growth[-1])
+    means, halves = np.full(left.size, -np.inf), np.zeros(left.size)
+    if left.any():
+        means[left], halves[left] = estimated(times, growth[:, left])
+    return means, halves
+
+
+def _dimension(means: Array, halves: Array) -> tuple[float, float] | None:
+    """Give the dimension of Kaplan and Yorke, where some exponents may be minus infinity."""
+    left = np.isfinite(means)
+    found = kaplan_yorke(means[left], halves[left])
+    return (float(left.sum()), 0.0) if found is None and not left.all() else found
+
+
 def _in_a_plane(problem: Problem, plan: Plan) -> bool:
     """Whether the states lie in a plane, in which no motion without jumps and without time in its rates is chaotic."""
     return (
@@ -380,7 +499,7 @@ def _in_a_plane(problem: Problem, plan: Plan) -> bool:
 
 
 def _at_rest(plan: Plan) -> bool:
-    """Whether nothing changes at the start, but for rounding, so that what is followed is no motion."""
+    """Whether nothing changes at the start, but for rounding, so that what is followed is not a motion."""
     case = plan.case
     if case.problem.hybrid is not None or depends_on_time(plan):
         return False
@@ -392,11 +511,11 @@ def _at_rest(plan: Plan) -> bool:
 
 def _near_zero(problem: Problem, plan: Plan, means: Array, halves: Array, factor: float) -> str:
     """Say what exponents [k] tell of which the largest one may be zero; ``factor``: mean exponential growth of its neighbours."""
-    if len(means) > 1 and means[1] < -2 * halves[1] and problem.hybrid is None and not depends_on_time(plan):
-        return (
-            "stable: one exponent is zero, as along any motion that goes on, and all others are negative, "
-            f"of which the largest is {means[1]:.5g}"
+    if len(means) > 1 and means[1] < -2 * halves[1] and not depends_on_time(plan):
+        others = (
+            f"negative, of which the largest is {means[1]:.5g}" if np.isfinite(means[1]) else "minus infinity"
         )
+        return f"stable: one exponent is zero, as along any motion that goes on, and all others are {others}"
     if factor < CHAOTIC:
         return (
             f"regular: neighbouring motions part by a power of the time at most (megno {factor:.2g}), "
@@ -408,8 +527,10 @@ def _near_zero(problem: Problem, plan: Plan, means: Array, halves: Array, factor
 def _findings(
     problem: Problem, study: Lyapunov, plan: Plan, times: Array, growth: Array, outcome: Outcome, message: str
 ) -> Findings:
-    enough = len(times) > 4 * BATCHES  # fewer only where the motion failed or was interrupted
-    means, halves = estimated(times, growth) if enough else (np.zeros(0), np.zeros(0))
+    lost = np.isneginf(growth[-1])
+    # fewer only where the motion failed or was interrupted, or where nothing is left of any change
+    enough = len(times) > 4 * BATCHES or (lost.all() and outcome is Outcome.COMPLETED)
+    means, halves = _exponents(times, growth) if enough else (np.zeros(0), np.zeros(0))
     per = f"1/{problem.time.unit}" if problem.time.unit else ""
     order = np.argsort(-means, kind="stable")
     means, halves = means[order], halves[order]
@@ -427,14 +548,15 @@ def _findings(
                 "the start is an equilibrium, where nothing moves: its exponents are the real parts of its eigenvalues, "
                 "which 'equilibria' gives to rounding"
             )
-        factor = float(megno(times, growth[:, order[:1]])[0])
+        factor = float(megno(times, growth[:, order[:1]])[0]) if np.isfinite(first) else 0.0
         told = first > 2 * half or (first > half and factor > CHAOTIC)
         words = (
             f"{growing}: the largest exponent is {first:.5g}" if told and first > 0
+            else "stable: all exponents are minus infinity" if np.isneginf(first)
             else f"stable: the largest exponent is {first:.5g}" if first < -2 * half
             else _near_zero(problem, plan, means, halves, factor)
         )  # fmt: skip
-        if told and first > 0 and not rests and (dimension := kaplan_yorke(means, halves)) is not None:
+        if told and first > 0 and not rests and (dimension := _dimension(means, halves)) is not None:
             values.append(Value("dimension", "", *dimension))
             of_what = (
                 "of the strobed motion"
@@ -442,7 +564,14 @@ def _findings(
                 else "of the attractor, time along the motion included"
             )
             remarks.append(f"dimension: that of Kaplan and Yorke, {of_what}")
-        if study.count is None and len(means) > 1:
+        if lost.any():
+            when = times[int(np.isneginf(growth).any(axis=1).argmax())]
+            remarks.append(
+                f"{lost.sum()} of {len(means)} exponents {'is' if lost.sum() == 1 else 'are'} minus infinity: before "
+                f"{time_text(problem, float(when))} neighbouring motions become one, as where friction sticks or a sample "
+                "sets a variable again"
+            )
+        elif study.count is None and len(means) > 1:
             remarks.append(f"the sum of all exponents, the rate at which volumes grow, is {means.sum():.6g}")
             pairs = np.abs(means + means[::-1])
             if (pairs <= halves + halves[::-1] + 1e-9).all() and abs(means.sum()) < 1e-6 * max(np.abs(means).max(), 1e-9) + halves.max():  # fmt: skip
@@ -450,7 +579,7 @@ def _findings(
                     f"they come in pairs of opposite sign, as of a conservative motion, within {pairs.max():.1e}"
                 )
     span = float(times[-1] - times[0])
-    grown = growth[1:] / (times[1:] - times[0])[:, None]
+    grown = np.where(np.isfinite(growth), growth, np.nan)[1:] / (times[1:] - times[0])[:, None]
     step = max(1, len(grown) // 2000)
     curves = tuple(
         Curve(f"exponent {k + 1}", times[1::step], grown[::step, i]) for k, i in enumerate(order[:6])
@@ -477,7 +606,7 @@ def _findings(
         tables=(),
         panels=(panel,) if curves else (),
         details={
-            "exponents": means.tolist(),
+            "exponents": [float(m) if np.isfinite(m) else None for m in means],
             "confidence": halves.tolist(),
             "time": span,
         },

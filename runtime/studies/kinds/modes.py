@@ -88,13 +88,13 @@ def _resting(site: Site, at: Place | None, remarks: list[str]) -> tuple[Site, Eq
         return site, found
     if at is not None and at.word != EQUILIBRIUM:
         raise SimulationError(
-            "this state is no equilibrium, so that small motions about it are no vibrations",
+            "this state is not an equilibrium, so that small motions about it are not vibrations",
             help="leave 'at' out for the equilibrium that is reached from it; mechc study linearize takes any state",
         )
     site, found = arrived(site, site.y)
     if at is None:
         remarks.append(
-            "the start is no equilibrium: the modes are about the state above, where it would come to rest if damped"
+            "the start is not an equilibrium: the modes are about the state above, where it would come to rest if damped"
         )
     return site, found
 

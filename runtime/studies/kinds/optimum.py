@@ -52,7 +52,7 @@ class Optimum(Study, frozen=True, kw_only=True):
     goal: Annotated[Formula | None, settable('What is to be greatest: "x".', "formula")] = None
     least: Annotated[bool, settable("Seek the least value instead of the greatest.", "flag")] = False
     when: Annotated[
-        str, settable("Which value of the motion counts: end, highest, lowest; end without it.", "text")
+        str, settable("Which value of the motion counts: end, highest, lowest (default: end).", "text")
     ] = "end"
 
     def solve(self, problem: Problem) -> Findings:

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from typing import Annotated, Any
+from collections.abc import Iterator
+from typing import Annotated
 
 import numpy as np
 from msgspec.structs import replace
 
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_run import run_kernel
-from ...integrate.solver_options import SolverOptions
-from ...outcome import ENDED, Outcome, SimulationError
+from ...integrate.solver import SolverOptions
+from ...outcome import ENDED, Outcome, SimulationError, time_text
 from ...problem import Array, Problem
 from ...results.solution import Solution
 from ...settings import Formula, Range, settable
 from ..findings import Curve, Findings, Panel, Table, Value, known_digits
-from ..flow.after_initial_events import after_initial_events
-from ..flow.following import FollowedPlace, Follower
+from ..flow.following import FollowedPlace, Follower, special_words
 from ..flow.linearised import Linearised, compared
 from ..flow.liouville import contradicted
 from ..flow.pieces import column_at, with_horizon
 from ..flow.shooting import CLOSED, OrbitEnergy, Shooter, close, least
 from ..flow.shooting import ShootingOrbit as Found
-from ..flow.time_dependence import depends_on_time
+from ..flow.time_dependence import after_initial_events, depends_on_time, scheduled
 from ..runs.companion import closer
 from ..runs.simulate import Plan, plan_run, run
 from ..study import Study
@@ -41,6 +42,10 @@ LONGER = (1.0, 5.0, 25.0)
 VALUES = 41
 RESTS = 10.0
 """Residuals of an orbit which its state would move through within a period: so little is none."""
+SETTLING = 100
+"""Periods after which a motion that is driven may have settled."""
+MOST_SETTLED = 3
+"""Modes of a motion in which an orbit is begun."""
 MOST_NAMED, NAUGHT = 4, 1e-12
 AT_REST = (
     "a damped motion that nothing drives ends at rest; 'modes' tells how it swings there. Another motion: "
@@ -62,7 +67,7 @@ class Orbit(Study, frozen=True, kw_only=True):
     ] = None
     energy: Annotated[
         float | None,
-        settable("The energy, where orbits come in families; that of the start without it.", "energy"),
+        settable("The energy, where orbits come in families (default: that of the start).", "energy"),
     ] = None
     over: Annotated[
         tuple[Range, ...],
@@ -75,23 +80,45 @@ class Orbit(Study, frozen=True, kw_only=True):
         plan = after_initial_events(plan_run(problem, options))
         linear = Linearised(plan)
         driven = depends_on_time(plan)
-        start, period = linear.joined(plan.case.y0, plan.case.z), given_period(plan, self.period)
-        if period is None:
-            if driven:
-                raise SimulationError(
-                    f"'{problem.name}' depends on time: its periodic motions have the period of that, or a multiple",
-                    help='say it: --period "2*pi/w"',
-                )
-            y, z, period = _return(problem, options, plan)
-            start = linear.joined(y, z)
-        if self.over:
-            return _followed(problem, options, linear, start, period, free=not driven)
+        given = given_period(plan, self.period)
+
+        def found(begin: float, y: Array, z: Array, period: float) -> Findings:
+            there, at, settings = linear, plan, options
+            if begin != plan.case.begin:
+                settings = replace(options, begin=begin)
+                at = plan_run(problem, settings)
+                there = linear.renewed(at)
+            start = there.joined(y, z)
+            if self.over:
+                return _followed(problem, settings, there, start, period, free=not driven)
+            return self._alone(at, there, start, period, driven)
+
+        if given is None and driven:
+            raise SimulationError(
+                f"'{problem.name}' depends on time: its periodic motions have the period of that, or a multiple",
+                help='say it: --period "2*pi/w"',
+            )
+        starts = _after(problem, options, plan, given) if given else _returns(problem, options, plan)
+        failure: SimulationError | None = None
+        for begin, y, z, period in starts:
+            if failure is not None and kept_energy(plan, linear, linear.joined(y, z), period, None):
+                break  # it settles nowhere
+            try:
+                return found(begin, y, z, period)
+            except SimulationError as error:
+                failure = error if failure is None or given is None else failure
+        assert failure is not None
+        raise failure
+
+    def _alone(self, plan: Plan, linear: Linearised, start: Array, period: float, driven: bool) -> Findings:
+        """Find the orbit near a start. Raises SimulationError where there is none."""
+        problem = plan.case.problem
         energy = kept_energy(plan, linear, start, period, self.energy) if not driven else None
         loose = close(linear, start, period, free=not driven, energy=energy)
         loose = loose if driven else least(linear, loose, energy)
         if not driven:
             refuse_rest(plan, linear, loose)
-        beside = after_initial_events(plan_run(problem, replace(options, **closer(plan)[0])))
+        beside = after_initial_events(plan_run(problem, replace(plan.options, **closer(plan)[0])))
         tight = Linearised(beside)
         exact = close(tight, loose.whole, loose.period, free=not driven, energy=energy)
         if beside.case.tolerance > plan.case.tolerance:  # the tightest there is has a looser one beside it
@@ -131,7 +158,7 @@ def kept_energy(
 def refuse_rest(plan: Plan, linear: Linearised, found: Found) -> None:
     """Refuse a state at which nothing moves: it closes with any period. Raises SimulationError."""
     problem = plan.case.problem
-    change = Shooter(linear, True, None).rate(plan.case.begin, found.whole) * found.period
+    change = Shooter(linear, True, None).rate(plan.case.begin, found.whole, found.map.z) * found.period
     if float(np.abs(change[linear.kept]).max(initial=0.0)) <= RESTS * max(CLOSED, found.residual):
         raise SimulationError(
             f"what '{problem.name}' comes back to is a state of rest, {_place(plan, found.start)}: it has no period",
@@ -149,10 +176,31 @@ def _place(plan: Plan, y: Array) -> str:
     return ", ".join(texts) + ", ..." * (len(shown) > MOST_NAMED)
 
 
-def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, Array, float]:
-    """Give a state with its discrete variables, and the time after which the motion comes near to it again: the start, or where it has settled."""
-    own = np.array(problem.own)
+Start = tuple[float, Array, Array, float]
+"""Where an orbit may begin: time, state, discrete variables, and the period."""
+
+
+def _after(problem: Problem, options: Orbit, plan: Plan, period: float) -> Iterator[Start]:
+    """Yield the start, and states to which the motion has settled after many periods, in each of its modes."""
     begin = plan.case.begin
+    yield begin, plan.case.y0, plan.case.z, period
+    passed = begin + SETTLING * period
+    solution = run(
+        problem,
+        replace(options, stop=passed + period, start=None, period=None, estimate_error=False, points=2),
+    )
+    if solution.outcome is Outcome.COMPLETED:
+        t = np.linspace(passed, passed + period, LOOKS)
+        for first in [0] if scheduled(plan) else _settled(solution, t, plan):
+            shift = float(t[first] - passed)
+            yield begin + shift, _rows(solution, t[[first]])[0], _discretes(solution, t[first], plan), period
+
+
+def _returns(problem: Problem, options: Orbit, plan: Plan) -> Iterator[Start]:
+    """Yield states with their discrete variables, all taken as those at the begin, and the time after which the motion comes near to each of them again: first the
+    start, then where the motion has settled, in each of its modes. Raises SimulationError where it comes near to none."""
+    own = np.array(problem.own)
+    begin, any_near = plan.case.begin, False
     for factor in LONGER:
         stop = begin + factor * (plan.case.stop - begin)
         solution = run(
@@ -162,8 +210,13 @@ def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, Array,
             raise SimulationError(f"the motion from the start ends: {solution.message}")
         t = np.linspace(begin, float(solution.time[-1]), LOOKS)
         y = _rows(solution, t)
-        extent = np.maximum(np.ptp(y[:, own], axis=0), 1e-9 * plan.nominal[own])
-        for first in (0, LOOKS // 2):
+        extent = whole = np.maximum(np.ptp(y[:, own], axis=0), 1e-9 * plan.nominal[own])
+        for first in (
+            *([] if any_near else [0]),
+            *_settled(solution, t[LOOKS // 2 : -LOOKS // 4], plan, LOOKS // 2),
+        ):
+            if first:
+                extent = np.maximum(np.ptp(y[LOOKS // 2 :, own], axis=0), STILL * whole)
             far = np.sqrt(np.mean(((y[first:, own] - y[first, own]) / extent) ** 2, axis=1))
             away = np.flatnonzero(far > LEFT)
             if not away.size:
@@ -173,19 +226,36 @@ def _return(problem: Problem, options: Orbit, plan: Plan) -> tuple[Array, Array,
                 (later[1:-1] < NEAR) & (later[1:-1] <= later[:-2]) & (later[1:-1] < later[2:])
             )
             if dips.size:
+                any_near = True
                 found = first + away[0] + 1 + int(dips[0])
-                return y[first], _discretes(solution, t[first], plan), float(t[found] - t[first])
+                yield begin, y[first], _discretes(solution, t[first], plan), float(t[found] - t[first])
     late = t >= t[-1] - LATE * (t[-1] - t[0])
-    if (np.ptp(y[late][:, own], axis=0) <= STILL * np.maximum(extent, plan.nominal[own])).all():
+    if (np.ptp(y[late][:, own], axis=0) <= STILL * np.maximum(whole, plan.nominal[own])).all():
         raise SimulationError(
             f"the motion of '{problem.name}' comes to rest, {_place(plan, y[-1])}: it has no period",
             help=AT_REST,
         )
-    raise SimulationError(
-        f"the motion of '{problem.name}' does not come near to where it was until t = {stop:g}",
-        help='begin nearer to a periodic motion, --set NAME="...", say a longer --stop, or --period with a first '
-        "guess; a damped motion that nothing drives has none",
-    )
+    if not any_near:
+        raise SimulationError(
+            f"the motion of '{problem.name}' does not come near to where it was until t = {stop:g}",
+            help='begin nearer to a periodic motion, --set NAME="...", say a longer --stop, or --period with a first '
+            "guess; a damped motion that nothing drives has none",
+        )
+
+
+def _settled(solution: Solution, t: Array, plan: Plan, first: int = 0) -> list[int]:
+    """Give indices of times, counted from ``first``: the middle of the longest stretch in each mode, the longest first. An orbit
+    that begins where something switches, or while it sticks, may have no derivative."""
+    modes = [k for k, q in enumerate(plan.case.problem.discretes) if q.kind == "mode"]
+    z = None if solution.motion.states_at is None or not modes else solution.motion.states_at(t)[1]
+    if z is None:
+        return [first]
+    ends = np.flatnonzero((z[1:, modes] != z[:-1, modes]).any(axis=1)) + 1
+    stretches = sorted(itertools.pairwise([0, *ends.tolist(), len(z)]), key=lambda one: one[0] - one[1])
+    longest: dict[bytes, int] = {}
+    for a, b in stretches:
+        longest.setdefault(z[a, modes].tobytes(), first + (a + b) // 2)
+    return list(longest.values())[:MOST_SETTLED]
 
 
 def _discretes(solution: Solution, t: float, plan: Plan) -> Array:
@@ -214,6 +284,10 @@ def _findings(
     start |= {value.name: value.value for value in kept}
     stable, words, further = stability(values, errors, free=not driven)
     remarks += further
+    if plan.options.begin is not None and driven:
+        remarks.append(
+            f"told at {time_text(problem, plan.case.begin)}: where the motion begins, it sticks or switches"
+        )
     if doubt:
         remarks.append(doubt)
     if exact.iterations > 10:
@@ -240,6 +314,7 @@ def _findings(
         details={
             "period": exact.period,
             "start": start,
+            "begin": plan.case.begin,
             "multipliers": [[float(v.real), float(v.imag)] for v in values],
             "multiplier_errors": errors.tolist(),
             "stable": stable,
@@ -351,12 +426,13 @@ def _followed(
                 doubts.append(f"at {wanted.name} = {places[-1].value:.6g}: {doubt}")
             if study.progress is not None:
                 study.progress((k + 1) / len(axis))
+    found_on_the_way = sorted(follower.specials, key=lambda one: one.value)
     special = [
         {"kind": one.kind, "value": one.value, "between": list(one.between)}
         | ({"events": one.note} if one.note else {})
-        for one in sorted(follower.specials, key=lambda one: one.value)
+        for one in found_on_the_way
     ]
-    remarks = [_words(one, wanted.name) for one in special]
+    remarks = [special_words(one, wanted.name) for one in found_on_the_way]
     remarks += doubts[:1]
     remarks += follower.linear.unreturned(places[-1].orbit.whole, places[-1].orbit.map)
     if message:
@@ -409,11 +485,3 @@ def _first(
     orbit = least(linear, found, follower.kept)
     refuse_rest(plan, linear, orbit)
     return follower.told(value, linear, orbit)
-
-
-def _words(one: dict[str, Any], name: str) -> str:
-    low, high = one["between"]
-    if one["kind"] == "jump":
-        return f"jump to another orbit between {name} = {low:.6g} and {high:.6g}: no step stays on the branch"
-    events = f": {one['events']}" if "events" in one else ""
-    return f"{one['kind']} at {name} = {one['value']:.10g}{events}"

@@ -41,7 +41,7 @@ AT_REST = 1e-6
 STEP, STEPS, SAME = 2e-3, 12, 1e-9
 """Steps of dJ/dE: the first one of the height over the bottom, how many, each a quarter of the last, and what settles them."""
 SETTLED = 1e-2
-"""Of a period: an error above it is no bound, as the integral grows on with every doubling of the points."""
+"""Of a period: an error above it is not a bound, as the integral grows on with every doubling of the points."""
 
 
 class Period(Study, frozen=True, kw_only=True):
@@ -53,7 +53,7 @@ class Period(Study, frozen=True, kw_only=True):
         {"bends"}
     )  # energies have one formula on both sides of a kink
 
-    energy: Annotated[float | None, settable("The energy; that of the start without it.", "energy")] = None
+    energy: Annotated[float | None, settable("The energy (default: that of the start).", "energy")] = None
 
     def solve(self, problem: Problem) -> Findings:
         """Find the turning points and integrate. Raises SimulationError where the motion has none."""

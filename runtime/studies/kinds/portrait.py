@@ -57,7 +57,7 @@ class Portrait(Study, frozen=True, kw_only=True):
         tuple[Range, ...], settable("Bounds of the picture: of the coordinate, and of its rate.", "ranges")
     ] = ()
     paths: Annotated[
-        int, settable(f"How many paths are drawn beside separatrices; {PATHS} without it.", "count")
+        int, settable(f"Number of paths to draw beside separatrices (default: {PATHS}).", "count")
     ] = PATHS
 
     def solve(self, problem: Problem) -> Findings:
@@ -187,7 +187,7 @@ class _Drawn:
         return found
 
     def _seeds(self, count: int, lines: list[Separatrix]) -> list[Array]:
-        """Return beginnings: the start, then outwards from points of rest that are no saddles, then above and below."""
+        """Return beginnings: the start, then outwards from points of rest that are not saddles, then above and below."""
         x, v = self.window
         seeds = (
             [self.plane.start]

@@ -38,13 +38,13 @@ class Cycle(Struct, frozen=True):
 class Rainflow(RecordStudy, frozen=True, kw_only=True):
     """The cycles of the quantity ``of`` over a run, without what is still ``settling``."""
 
-    classes: Annotated[int, settable(f"Classes of ranges in the table; {CLASSES} without it.", "count")] = (
-        CLASSES
-    )
+    classes: Annotated[
+        int, settable(f"Number of range classes in the table (default: {CLASSES}).", "count")
+    ] = CLASSES
     least: Annotated[
         float,
         settable(
-            f"Cycles below this share of the largest range are not counted; {FAINT:g} without it.", "number"
+            f"Cycles below this share of the largest range are not counted (default: {FAINT:g}).", "number"
         ),
     ] = FAINT
 

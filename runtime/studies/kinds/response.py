@@ -91,8 +91,8 @@ class Response(Study, frozen=True, kw_only=True):
     frequencies: Annotated[
         Frequencies | None,
         settable(
-            'Frequencies: "1 Hz .. 100 Hz", with a number of them "0.1 .. 10 rad/s, 50", or a list "{1, 2, 5} Hz"; those of the poles '
-            "without it.",
+            'Frequencies: "1 Hz .. 100 Hz", with a number of them "0.1 .. 10 rad/s, 50", or a list "{1, 2, 5} Hz" '
+            "(default: those of the poles).",
             "frequencies",
         ),
     ] = None
@@ -198,7 +198,9 @@ def _of(
     value: float | None,
     more: tuple[str, ...] = (),
 ) -> System:
-    values, errors = poles(a)
+    chart, system = point.site.chart, point.system
+    units = [*(chart.units[int(j)] for j in system.chosen), *(q.unit for q in system.behind)]
+    values, errors = poles(a, units if len(units) == len(a) else ())
     size = float(np.abs(values).max(initial=0.0))
     limits = np.array(
         [1e-7 * size if e is None else 4 * transfer.condition * e + 64 * EPSILON * size for e in errors]
@@ -505,7 +507,7 @@ def _limits(seen: Seen, one: System, grid: Grid, found: Answers) -> list[str]:
     if one.transfer.period is not None and grid.w[-1] > (1 + 1e-12) * math.pi / one.transfer.period:
         whole = 2 * math.pi / one.transfer.period
         said.append(
-            f"aliasing: beyond {seen.frequency_text(whole / 2)}, half the rate of sampling, the samples of a sine are those of one whose "
+            f"aliasing: beyond {seen.frequency_text(whole / 2)}, half the sampling rate, a sine has the samples of one whose "
             f"frequency is less by {seen.frequency_text(whole)}"
         )
     return said

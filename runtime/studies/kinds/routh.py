@@ -62,7 +62,7 @@ class SteadySearch:
         self.energy_place = next(k for k, q in enumerate(problem.phase) if q.kind == "energy")
         self.fixed = not vary
         self.undefined: set[str] = set()
-        """Where cyclic coordinates lose their meaning, as an azimuth at a pole, and rates of them are no motions."""
+        """Where cyclic coordinates lose their meaning, as an azimuth at a pole, and rates of them are not motions."""
         rates = [nq + k for k in self.cyclic]
         if self.fixed:
             self.unknown = np.array([*self.shape, *rates], dtype=np.intp)
@@ -219,10 +219,13 @@ class SteadySearch:
         )
         if not conserved:
             kept = np.r_[kept, nq + c]
-            values, errors = poles(found[np.ix_(kept, kept)])
+            values, errors = poles(
+                found[np.ix_(kept, kept)], [self.site.problem.states[int(k)].unit for k in kept]
+            )
         else:
             follow = -np.linalg.solve(momentum[:, nq + c], momentum[:, kept])
-            values, errors = poles(found[np.ix_(kept, kept)] + found[np.ix_(kept, nq + c)] @ follow)
+            slopes = found[np.ix_(kept, kept)] + found[np.ix_(kept, nq + c)] @ follow
+            values, errors = poles(slopes, [self.site.problem.states[int(k)].unit for k in kept])
         size = float(np.abs(values).max(initial=0.0))
         limits = np.array([1e-7 * size if e is None else 4 * e + 1e-12 * size for e in errors])
         if (values.real > limits).any():

@@ -19,7 +19,7 @@ from msgspec.structs import replace
 from ...case import inputs_at
 from ...integrate.interruption import NotedInterruptions
 from ...integrate.kernel_run import run_kernel
-from ...integrate.solver_options import SolverOptions
+from ...integrate.solver import SolverOptions
 from ...integrate.trajectory import DenseOutput
 from ...methods import RUNS_ALL
 from ...numerics.roots import minimum, root
@@ -134,7 +134,7 @@ class _Beam:
         plan = plan_run(problem, options)
         if plan.method.fixed_step:
             raise SimulationError(
-                f"scattering takes steps that grow with the distance, and '{plan.method.name}' is no method that does",
+                f"scattering takes steps that grow with the distance, and '{plan.method.name}' is not a method that does",
                 help=RUNS_ALL,
             )
         random = np.random.default_rng(2)

@@ -55,16 +55,16 @@ class Section(Study, frozen=True, kw_only=True):
 
     where: Annotated[
         FormulaSurface | None,
-        settable('The surface: "q1 = 0"; without it, where the first coordinate is 0.', "surface"),
+        settable('The surface: "q1 = 0" (default: where the first coordinate is 0).', "surface"),
     ] = None
     direction: Annotated[
-        str | None, settable("Which way through it: up, down, both; up without it.", "text")
+        str | None, settable("Direction of crossing: up, down, both (default: up).", "text")
     ] = None
     every: Annotated[
         float | Formula | None,
         settable('Instead of a surface, a time between points: "2*pi/w".', "interval"),
     ] = None  # type: ignore[assignment]
-    count: Annotated[int, settable(f"Points of each start; {COUNT} without it.", "count")] = COUNT
+    count: Annotated[int, settable(f"Number of points from each start (default: {COUNT}).", "count")] = COUNT
     of: Annotated[tuple[str, ...], settable("The two quantities of the picture.", "names")] = ()
 
     def solve(self, problem: Problem) -> Findings:

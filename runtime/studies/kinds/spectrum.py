@@ -48,14 +48,14 @@ class Spectrum(RecordStudy, frozen=True, kw_only=True):
     """The spectrum of the quantity ``of`` over a run, without what is still ``settling``."""
 
     window: Annotated[
-        str, settable(f"The window: {', '.join(WINDOWS)}; blackmanharris without it.", "text")
+        str, settable(f"The window: {', '.join(WINDOWS)} (default: blackmanharris).", "text")
     ] = "blackmanharris"
     power: Annotated[bool, settable("Power per frequency instead of amplitudes.", "flag")] = False
     weighting: Annotated[
         str | None,
         settable(f"Weight the rms of an acceleration as people feel it: {', '.join(WEIGHTINGS)}.", "text"),
     ] = None
-    count: Annotated[int, settable(f"Lines that are listed; {LINES} without it.", "count")] = LINES
+    count: Annotated[int, settable(f"Number of lines to list (default: {LINES}).", "count")] = LINES
 
     def solve(self, problem: Problem) -> Findings:
         """Run the model at two tolerances and transform the tighter motion. Raises SimulationError."""
@@ -96,7 +96,7 @@ def record_of(solution: Solution, name: str, begin: float, end: float, longest: 
 
 
 def _check_acceleration(problem: Problem, seen: Formula, weighting: str) -> None:
-    """Raise SimulationError for a quantity that is no acceleration."""
+    """Raise SimulationError for a quantity that is not an acceleration."""
     unit = next(q.unit for q in (*problem.states, *problem.outputs) if q.name == seen.name)
     if unit != "m/s^2":
         raise SimulationError(

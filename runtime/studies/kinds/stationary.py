@@ -30,7 +30,7 @@ class Stationary(Struct, frozen=True, kw_only=True):
 
     experiment: str | None = None
     values: Mapping[str, float] = {}
-    tolerance: Annotated[float | None, settable("Relative error of values; 1e-10 without it.", "number")] = (
+    tolerance: Annotated[float | None, settable("Relative error of values (default: 1e-10).", "number")] = (
         None
     )
     all: Annotated[bool, settable("Look for further stationary curves by deflation.", "flag")] = False

@@ -48,15 +48,15 @@ class Task(Study, frozen=True, kw_only=True):
         ),
     ] = ()
     actions: Annotated[
-        tuple[str, ...], settable("Inputs that are acted by; without it all that can be set.", "directions")
+        tuple[str, ...], settable("Inputs that an agent sets (default: all that can be set).", "directions")
     ] = ()
     substeps: Annotated[
         int, settable("Steps of a method with a fixed step in each control step.", "count")
     ] = 1
     episodes: Annotated[
-        int | None, settable(f"Episodes that the answer is made of; {EPISODES} without it.", "count")
+        int | None, settable(f"Number of episodes to evaluate (default: {EPISODES}).", "count")
     ] = None
-    seed: Annotated[int, settable("Number from which random values follow; 1 without it.", "count")] = 1
+    seed: Annotated[int, settable("Seed of the random numbers (default: 1).", "count")] = 1
     wishes: Wishes | None = None
 
     def solve(self, problem: Problem) -> Findings:
@@ -131,7 +131,7 @@ class Task(Study, frozen=True, kw_only=True):
         steps = round(stop / period)
         if steps < 1 or abs(steps * period - stop) > 1e-9 * stop:
             raise SimulationError(
-                f"the episode of {stop:g} is no whole number of control steps of {period:g}"
+                f"the episode of {stop:g} is not a whole number of control steps of {period:g}"
             )
         outputs = [q.name for q in problem.outputs]
         rules = Rules(
@@ -150,7 +150,7 @@ class Task(Study, frozen=True, kw_only=True):
         for name in self.actions:
             if name not in known:
                 raise SimulationError(
-                    f"'{name}' is no input that can be set while the model runs",
+                    f"'{name}' is not an input that can be set while the model runs",
                     help=f"there are {', '.join(known) or 'none'}",
                 )
         found = [known.index(name) for name in self.actions or known]
@@ -184,6 +184,6 @@ def _start(problem: Problem, one: Axis | Spread | Listed) -> tuple[int, Spread]:
         if state.name == one.name:
             return k, one
     raise SimulationError(
-        f"'{one.name}' is no coordinate, rate or state: all episodes share it",
+        f"'{one.name}' is not a coordinate, rate or state: all episodes share it",
         help="vary states here; other values of parameters are models of their own, as by model.with_values",
     )

@@ -40,7 +40,7 @@ class Threshold(Study, frozen=True, kw_only=True):
     ] = ()
     reaches: Annotated[
         FormulaSurface | None,
-        settable('What has to happen before the stop: "x = -1"; without it, an end by terminate.', "surface"),
+        settable('What has to happen before the stop: "x = -1" (default: an end by terminate).', "surface"),
     ] = None
 
     def solve(self, problem: Problem) -> Findings:

@@ -1,6 +1,6 @@
 """Averages over a long motion: of kinetic and potential energy, and of quantities by name (Clausius 1870).
 
-An average over a time T is off by something like 1/T, as T is no whole number of periods. With the weight
+An average over a time T is off by something like 1/T, as T is not a whole number of periods. With the weight
 exp(-1/(s (1 - s))) for s = t/T, which vanishes with all derivatives at both ends, the averages of a quasi-periodic motion
 converge faster than any power of 1/T (Das, Saiki, Sander, Yorke, Nonlinearity 30, 2017); those of a chaotic
 one as slowly as plain means.

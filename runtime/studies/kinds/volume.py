@@ -9,10 +9,10 @@ import numpy as np
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ..findings import Curve, Findings, Panel, Value
-from ..flow.after_initial_events import after_initial_events
 from ..flow.linearised import Linearised, determinant
 from ..flow.mass_matrix import KINETIC, mass_matrix
 from ..flow.pieces import with_horizon
+from ..flow.time_dependence import after_initial_events
 from ..runs.simulate import Plan, plan_run
 from ..study import Study
 

@@ -18,7 +18,6 @@ from ...nominal import NOISE, with_nominal
 from ...problem import Array, Problem
 from ...results.accuracy import EPSILON
 from ...results.evaluate import evaluate_rows
-from ...start.free_state import even_numbers
 from .companion import Plan, trajectory_of
 
 FAR = 1e-3
@@ -136,16 +135,29 @@ def _sizeless(problem: Problem) -> NDArray[np.bool_] | None:
 
 
 def _no_rounding(plan: Plan, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
-    """Keep those that are no rounding beside the states of their unit, by what they feel of it, and where contacts hold them beside
-    the nominal values; where projections round, by their size, also beside the nominal values and, of a velocity, beside all
-    others, each over the nominal value of its coordinate."""
+    """Keep those that are more than rounding beside the states of their unit; a velocity whose coordinate is rounding is rounding, too."""
+    problem = plan.case.problem
+    judged = _by_size(plan, reached, small) if problem.constraints else _by_feeling(plan, run, reached, small)
+    coordinates, rounding = dict(enumerate(problem.partner, problem.nq)), set(small).difference(judged)
+    return [i for i in judged if coordinates.get(i) not in rounding]
+
+
+def _by_feeling(plan: Plan, run: Trajectory, reached: Array, small: list[int]) -> list[int]:
+    """Keep those that feel little of rounding, and where contacts hold them are more than rounding beside the nominal values."""
+    problem = plan.case.problem
+    if not small:
+        return []
+    heard = _heard(plan.case, run, reached)
+    held = problem.hybrid is not None and problem.hybrid.rows
+    least = ROUNDING * plan.nominal if held else np.zeros(problem.ny)
+    return [i for i in small if heard[i] < HEARD and reached[i] > least[i]]
+
+
+def _by_size(plan: Plan, reached: Array, small: list[int]) -> list[int]:
+    """Keep those that are more than rounding where projections round: by their size, also beside the nominal values and, of a velocity,
+    beside all others, each over the nominal value of its coordinate."""
     problem, found = plan.case.problem, []
     groups = problem.groups or (0,) * problem.ny
-    if small and not problem.constraints:
-        heard = _heard(plan.case, run, reached)
-        held = problem.hybrid is not None and problem.hybrid.rows
-        least = ROUNDING * plan.nominal if held else np.zeros(problem.ny)
-        return [i for i in small if heard[i] < HEARD and reached[i] > least[i]]
     speeds = np.zeros(problem.ny)
     for velocity, q in enumerate(problem.partner, problem.nq):
         speeds[velocity] = reached[velocity] / plan.nominal[q]
@@ -167,6 +179,8 @@ def _heard(case: Case, run: Trajectory, reached: Array) -> Array:
     States are moved at random by a small share of what they reach, which shows how strongly they are felt, and by roundings,
     with the time, which shows what cancels.
     """
+    from ...start.free_state import even_numbers
+
     problem = case.problem
     rows = np.array(sorted(set(np.linspace(0, len(run.t) - 1, PLACES).astype(int).tolist())), dtype=int)
     t, y = np.repeat(run.t[rows], SHAKES + 1), np.repeat(run.y[rows], SHAKES + 1, axis=0)

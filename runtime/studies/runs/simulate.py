@@ -21,19 +21,16 @@ from ...outcome import ENDED, Outcome, time_text
 from ...problem import Array, Problem
 from ...results.accuracy import (
     Accuracy,
+    Judged,
+    Verdict,
     drifts_of,
     with_balance,
 )
 from ...results.branches import branches_of
 from ...results.consistency import checks
-from ...results.constraint_drift import constraint_drifts
-from ...results.diagnosis import undefined_energy, undefined_outputs, with_cause
 from ...results.doubts import Contradiction
 from ...results.evaluate import Table, evaluate_rows, scene_rows, solution_columns
-from ...results.force_balance import broken_laws
-from ...results.shared_loads import shared_loads
 from ...results.solution import Motion, Solution
-from ...results.verdict import Judged, Verdict
 from ...rows import FEW_NUMBERS
 from ...settings import settable
 from ..study import Study
@@ -60,13 +57,14 @@ class Run(Study, frozen=True, kw_only=True):
     sensitivity: Annotated[
         tuple[str, ...],
         settable(
-            "Parameters, initial values and inputs in which the motion is differentiated.", "directions"
+            "Parameters, initial values and inputs with respect to which the motion is differentiated.",
+            "directions",
         ),
     ] = ()
     condition: Annotated[
         bool,
         settable(
-            "Tell how small changes of the start grow, and until when figures are to be believed.", "flag"
+            "Report how small changes of the start grow, and until when the results can be trusted.", "flag"
         ),
     ] = False
     constants: Annotated[
@@ -92,7 +90,7 @@ def run(
     found = _run(plan, options, as_stated, sensitivity)
     if not condition:
         return found
-    from .condition import with_condition
+    from .sensitivity import with_condition
 
     return with_condition(found, plan)
 
@@ -218,6 +216,8 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
     sizes = own_sizes(seen.plan, plan) if main is not seen.main else {}
     case = plan.case
     if main.failure is not None:
+        from ...results.diagnosis import with_cause
+
         main = replace(main, failure=with_cause(case, main.failure))
     times, states, happened = main.t, main.y, main.happened
     modes: Array | None = None
@@ -286,6 +286,10 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
 
 def _verdict(done: _Done) -> Verdict:
     """Judge a run by its rows: how it ended, what its errors are, what it keeps, and whether these agree."""
+    from ...results.constraint_drift import constraint_drifts
+    from ...results.diagnosis import undefined_energy, undefined_outputs
+    from ...results.shared_loads import shared_loads
+
     plan, main, table, estimated = done.plan, done.main, done.table, done.estimated
     case, problem = plan.case, plan.case.problem
     outcome, message = _outcome(problem, main)
@@ -300,6 +304,8 @@ def _verdict(done: _Done) -> Verdict:
     doubtful: tuple[Contradiction, ...] = ()
     error = estimated.error
     if outcome in ENDED:
+        from ...results.force_balance import broken_laws
+
         doubtful, error = doubts(plan, main, estimated, drifts, as_stated=done.as_stated)
         doubtful += broken_laws(case, table)
     if doubtful:

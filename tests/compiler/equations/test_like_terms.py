@@ -7,7 +7,7 @@ import random
 import pytest
 import sympy as sp
 
-from mechc.compiler.equations.rows.like_terms import combined
+from mechc.compiler.equations.rows.residual import combined
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.pipeline import compile_source

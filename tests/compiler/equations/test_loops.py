@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from compiled import compiled
 
-from mechc.compiler.equations.rows.defaults import default_values
 from mechc.compiler.graph.evaluate import evaluate
-from mechc.compiler.program.hoist import hoistable
+from mechc.compiler.mechanics.defaults import default_values
+from mechc.compiler.program.lower import hoistable
 
 MODELS = Path(__file__).parents[2] / "models" / "loops"
 

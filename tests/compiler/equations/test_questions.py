@@ -200,7 +200,7 @@ ENERGIES = {
     "kinetic": Part("kinetic 0.1 kg*(Q)*der(r)^2;", kinetic=Q * dr**2 / 10),
     "lagrangian": Part("lagrangian 0.1 J*(Q);", kinetic=Q / 10),
 }
-"""Places of energies, for questions that they are no part of."""
+"""Places of energies, for questions that they are not part of."""
 
 NOT_CIRCULAR = {
     ("mass centre", "potential"), ("mass centre", "kinetic"), ("mass centre", "lagrangian"),

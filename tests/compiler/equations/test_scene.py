@@ -214,7 +214,11 @@ WRONG = {
     "turns": ("draw spring({0, 0}, {x, 0}, turns = 1.5);", "E1002", "'turns' of 'spring' is a whole number"),
     "negative": ("draw box({1, -2} m) at {x, 0};", "E1003", "'size' of 'box' is a size, and negative"),
     "file": ('draw mesh("none.stl", scale = 1 mm) at {x, 0};', "E1004", "there is no file 'none.stl'"),
-    "kind of file": ('draw mesh("a.ply", scale = 1 mm) at {x, 0};', "E1004", "no STL, OBJ, DAE or GLB file"),
+    "kind of file": (
+        'draw mesh("a.ply", scale = 1 mm) at {x, 0};',
+        "E1004",
+        "not an STL, OBJ, DAE or GLB file",
+    ),
     "nowhere": ("draw sphere(1 m);", "E1005", "stands 'on' a frame or 'at' a point"),
     "twice": ("draw sphere(1 m) on world at {x, 0};", "E1005", "stands 'on' a frame or 'at' a point"),
     "line on": ("draw line({0, 0}, {x, 0}) on world;", "E1005", "'line' has no 'on' or 'at'"),
@@ -274,7 +278,7 @@ def compare_without(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         assert isinstance(found, ast.File)
         return found
 
-    monkeypatch.setattr("mechc.compiler.flat.from_text.parse", stripped)
+    monkeypatch.setattr("mechc.compiler.flat.flatten.parse", stripped)
     monkeypatch.setattr(files, "parse", stripped)
     monkeypatch.setattr(files, "_parsed", {})
     bare = compile_source(source, search=(path.parent,))

@@ -105,7 +105,7 @@ BREAKS: dict[str, tuple[Callable[[Equations], Equations], str]] = {
     "slot of none": (lambda e: moved(e, Slot("p", 0), None), r"p\[0\]: has no symbol"),
     "slot of a formula": (
         lambda e: replace(e, layout={**e.layout, e.functions[0].outputs[2]: Slot("u", 0)}),
-        "which is no symbol",
+        "which is not a symbol",
     ),
     "results": (lambda e: function(e, "rhs", lambda n: n[1:]), "function rhs: has 6 results instead of 7"),
     "function lost": (lambda e: without(e, "assembly"), "lack assembly"),
@@ -155,13 +155,13 @@ BREAKS: dict[str, tuple[Callable[[Equations], Equations], str]] = {
         "a mode that nothing switches",
     ),
     "normal": (lambda e: row(e, normal=5), "normal: names number 5"),
-    "account": (lambda e: switching(e, dissipated=0), "a state that is no account"),
+    "account": (lambda e: switching(e, dissipated=0), "a state that is not an account"),
     "total": (lambda e: switching(e, total=99), "hybrid, total: names number 99"),
     "fact": (lambda e: replace(e, needs=e.needs - {"inputs"}), "need inputs: False, have it: True"),
     "fact of nothing": (lambda e: replace(e, needs=e.needs | {"tables"}), "need tables: True, have it: False"),
     "graph": (
         lambda e: replace(e, layout={**e.layout, Node(10**7): Slot("u", 0)}),
-        "node 10000000, which is no symbol",
+        "node 10000000, which is not a symbol",
     ),
 }  # fmt: skip
 

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 import mechc
-from mechc.compiler.equations.compliance import SINGULAR_MASS
-from mechc.compiler.equations.model import Equations
+from mechc.compiler.equations.model import SINGULAR_MASS, Equations
 from mechc.compiler.equations.rows import weights
 from mechc.compiler.equations.rows.constraints import Row
 from mechc.compiler.equations.rows.weights import give_weights

@@ -96,6 +96,28 @@ PAIR = (
 )
 
 
+COUNTER = """
+model Counter
+  discrete Real n = 1;
+  discrete Real d[2] = {1, 1};
+  discrete Boolean on[2];
+  initial n = 2;
+  initial d[2] = 3;
+  initial on[1] = true;
+end Counter;
+"""
+
+
+def test_the_outermost_first_value_of_a_discrete_variable_wins() -> None:
+    model = flat(COUNTER + "model M  Counter own; Counter given(n = 5, d = {7, 8}); end M;")
+    found = [[value(variable(model, f"{part}.{x}").value) for x in "nd"] for part in ("own", "given")]
+    assert found == [["2", "{1, 3}"], ["5", "{7, 8}"]]
+    assert value(variable(model, "own.on").value) == "{true, false}"
+    heir = "model Heir  extends Counter(n = 4); initial d[1] = 6; end Heir; model M  Heir h; Heir k(n = 9); end M;"
+    model = flat(COUNTER + heir)
+    assert [value(variable(model, name).value) for name in ("h.n", "h.d", "k.n")] == ["4", "{6, 3}", "9"]
+
+
 def test_an_heir_s_modification_wins_over_that_of_its_base() -> None:
     """The value stands further out, though both reach into the same component of the same model."""
     pair = PAIR.replace(" initial p.x ~ 9 m;", "")

@@ -153,6 +153,9 @@ def test_rates_of_all_components_are_set_at_once() -> None:
         ("n = {1, 2}", "E0305"),
         ("m in 3 kg", "E0305"),
         ("l in {1, 2} m", "E0809"),
+        ("part.angle in {1, 2} rad", "E0809"),
+        ("der(part.angle) in {1, 2} rad/s", "E0809"),
+        ("part.angle ~ uniform(1 rad, 2 rad)", "E0809"),
         ("l[3] in {1, 2} m", "E0314"),
         ("l[1] in {1, 2} s", "E0303"),
         ("der(m) in {1, 2} kg/s", "E0802"),
@@ -163,6 +166,15 @@ def test_rates_of_all_components_are_set_at_once() -> None:
 )
 def test_wrong_settings(settings: str, code: str) -> None:
     assert codes(with_experiment(settings)) == [code]
+
+
+@pytest.mark.parametrize("setting", ["method", "display"])
+def test_a_text_without_quotes_is_told_how_to_be_one(setting: str) -> None:
+    (one,) = said(with_experiment(f"{setting} = moreau"))
+    assert (one.code, one.message) == ("E0804", f"'{setting}' must be a text")
+    assert one.help == f"a text stands in quotes: '{setting} = \"moreau\"'"
+    assert codes(with_experiment(f"{setting} = m")) == ["E0804"]
+    assert codes(with_experiment("tolerance = unknown")) == ["E0201"]
 
 
 def test_names_of_experiments_and_settings() -> None:

@@ -84,8 +84,8 @@ def test_nodes_of_a_library_and_matrices(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("<robot/>", "'t.dae' is no COLLADA file: it begins with 'robot'"),
-        ("<COLLADA>", "'t.dae' is no COLLADA file: no element found"),
+        ("<robot/>", "'t.dae' is not a COLLADA file: it begins with 'robot'"),
+        ("<COLLADA>", "'t.dae' is not a COLLADA file: no element found"),
         (dae(CUT["triangles"], '<node><instance_geometry url="#h"/></node>'), "there is no '#h'"),
         (dae(CUT["triangles"], '<node id="k"><instance_node url="#k"/></node>'), "a node holds itself"),
         (dae(CUT["triangles"], "<node><skew>1</skew></node>"), "places a shape by 'skew', which is not read"),
@@ -93,7 +93,7 @@ def test_nodes_of_a_library_and_matrices(tmp_path: Path) -> None:
         (dae(CUT["triangles"].replace("VERTEX", "OTHER"), PLACED), "there is no input 'VERTEX'"),
         (
             dae(CUT["triangles"].replace("<p>0 0", "<p>0 9"), PLACED),
-            "is no COLLADA file: list index out of range",
+            "is not a COLLADA file: list index out of range",
         ),
         (dae(CUT["triangles"], "<node/>"), "'t.dae' holds no triangle"),
     ],
@@ -160,7 +160,7 @@ def test_a_gltf_file(tmp_path: Path, mode: int) -> None:
             "needs KHR_draco_mesh_compression of glTF, which is",
         ),
         ({"buffers": [{"uri": "t.bin", "byteLength": 9}]}, "keeps its corners in another file"),
-        ({"accessors": []}, "is no glTF file"),
+        ({"accessors": []}, "is not a glTF file"),
         ({"nodes": [{"children": [0]}]}, "a node holds itself"),
         ({"scenes": [{}]}, "holds no triangle"),
     ],
@@ -171,7 +171,7 @@ def test_wrong_gltf_files(tmp_path: Path, change: dict[str, Any], said: str) -> 
     with pytest.raises(ValueError, match=said):
         triangles(tmp_path / "t.glb")
     (tmp_path / "t.glb").write_bytes(b"solid")
-    with pytest.raises(ValueError, match="is no glTF file of version 2"):
+    with pytest.raises(ValueError, match="is not a glTF file of version 2"):
         triangles(tmp_path / "t.glb")
 
 

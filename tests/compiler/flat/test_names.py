@@ -94,6 +94,12 @@ def test_the_search_path(
         ("let a = 5 N/s / m;", "E0201", "a unit has no blanks inside: '5 N/s/m'"),
         ("let a = x2 / s;", "E0201", ""),
         ("let a = t;", "E0201", "the time is called 'time'"),
+        (
+            "parameter lift = 1 m; function f(Real x) -> Length = lift*x; let d = f(2);",
+            "E0201",
+            "a function sees its arguments, and what its body declares before in the same block or around it; "
+            "give it 'lift' as an argument",
+        ),
         ("let a = np.sin(1);", "E0209", "write 'sin(..)'"),
         ("let a = ln(2);", "E0209", "write 'log(..)'"),
         ("let a = pow(2, 3);", "E0209", "a power is written 'x^y'"),

@@ -48,7 +48,7 @@ end Pendulum;
 
 
 def test_contacts_of_shapes_parse_what_may_be_their_part(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Of the library in reach only what has the word 'shape', and the bases of the part that is taken."""
+    """Of the library in reach only what names both kinds of shapes, and the bases of the part that is taken."""
     monkeypatch.setattr(files, "_parsed", {})
     mechc.loads("""
 import mech.planar.*;
@@ -67,7 +67,7 @@ end Falls;
     assert isinstance(planar, files.LibraryFile) and isinstance(shapes, files.LibraryFile)
     assert isinstance(contact, files.LibraryFile)
     assert {*planar._read} == {"Disk", "Planar", "SlidesSettings", "TurningTooSettings"}
-    assert {"SphereMeetsPlane", "BoxMeetsBox"} < {*shapes._read}
+    assert {*shapes._read} == {"shape Sphere", "shape Plane", "SphereMeetsPlane"}
     assert {*contact._read} == {"BallOnPlane", "FeetOnPlane", "Contacts"}
 
 

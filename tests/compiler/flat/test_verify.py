@@ -163,9 +163,9 @@ BREAKS: dict[str, tuple[Callable[[FlatModel], FlatModel], str]] = {
     "mass": (lambda m: at(m, "masses", 0, value=value_of(m, "k")), "in m, not in kg"),
     "inertia": (lambda m: at(m, "inertias", 0, on=value_of(m, "k")), "is on no frame"),
     "sides": (lambda m: at(m, "constraints", 0, right=value_of(m, "m")), "sides are in m and in kg"),
-    "joint": (lambda m: at(m, "joints", 0, target="bar.d"), "'bar.d', which is no frame"),
-    "coordinate of a joint": (lambda m: at(m, "joints", 0, coordinates=("m",)), "'m', which is no coordinate"),
-    "state": (lambda m: at(m, "equations", 0, state="x"), "'x' is no state"),
+    "joint": (lambda m: at(m, "joints", 0, target="bar.d"), "'bar.d', which is not a frame"),
+    "coordinate of a joint": (lambda m: at(m, "joints", 0, coordinates=("m",)), "'m', which is not a coordinate"),
+    "state": (lambda m: at(m, "equations", 0, state="x"), "'x' is not a state"),
     "switch": (
         lambda m: at(m, "events", 0, branches=(replace(m.events[0].branches[0], actions=(Switch("flaw", True, m.origin),)),)),
         "switches 'flaw'",
@@ -183,7 +183,7 @@ BREAKS: dict[str, tuple[Callable[[FlatModel], FlatModel], str]] = {
         "elements that it has not",
     ),
     "origin": (lambda m: at(m, "masses", 0, origin=far_away(m)), "lies outside of model.mech"),
-    "no value": (lambda m: output(m, "height", lambda e: None), "is no free frame"),  # type: ignore[arg-type, return-value]
+    "no value": (lambda m: output(m, "height", lambda e: None), "is not a free frame"),  # type: ignore[arg-type, return-value]
     "value of another type": (
         lambda m: output(m, "height", lambda e: Array(type=types.real(types.LENGTH, (1,)), span=e.span, elements=(e,))),
         "of another type",

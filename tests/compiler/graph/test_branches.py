@@ -3,7 +3,7 @@
 import pytest
 
 from mechc.compiler.graph import Graph
-from mechc.compiler.graph.branches import guards
+from mechc.compiler.graph.differentiate import guards
 
 
 def test_private_and_shared_nodes() -> None:

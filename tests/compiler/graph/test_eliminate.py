@@ -30,11 +30,11 @@ from mechc.compiler.graph.elimination.eliminate import (
     Variant,
     ZeroPivot,
     _same,
+    elimination_order,
     solve,
     solve_dense,
 )
 from mechc.compiler.graph.elimination.linear import NotAffine, bias, linear_system, mass_matrix
-from mechc.compiler.graph.elimination.order import elimination_order
 from mechc.compiler.graph.elimination.path_elimination import Attempt
 from mechc.compiler.graph.evaluate import evaluate, multiprecision
 from mechc.compiler.graph.rewrite import substitute

@@ -28,7 +28,7 @@ NOT: dict[str, Callable[[Graph, Node, Node, Node], Node]] = {
     "of one, times another": lambda g, x, y, k: g.mul(g.add(y, k), _norm(g, x, x)),
     "of a difference": lambda g, x, y, k: g.mul(x, g.sqrt(g.sub(g.mul(x, x), g.mul(y, y)))),
     "of a part of a product": lambda g, x, y, k: g.mul(x, g.sqrt(g.mul(g.mul(k, k), g.mul(x, x)))),
-    "of what is no square": lambda g, x, y, k: g.mul(x, g.sqrt(g.add(g.mul(x, x), g.mul(k, y)))),
+    "of what is not a square": lambda g, x, y, k: g.mul(x, g.sqrt(g.add(g.mul(x, x), g.mul(k, y)))),
 }
 """Products with roots about whose slopes nothing is seen."""
 

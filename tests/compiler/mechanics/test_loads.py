@@ -171,7 +171,7 @@ force {{3, 4{", 0" if three else ""}}} N on F at F * ({{0.7*der(x)/(1 m/s) + kin
     ["(1 s)*angvel(slide.a)", "(1 s)*(angvel(slide.a) - angvel(wheel.a))", "vel(slide.a)[2]*(1 s)/(1 m)"],
 )
 def test_joints_on_whose_rates_an_arm_depends_carry_nothing_of_its_force(arm: str) -> None:
-    """What slides cannot turn, and nothing acts on it: that a force on the wheel asks for its spin is no load of its joint."""
+    """What slides cannot turn, and nothing acts on it: that a force on the wheel asks for its spin is not a load of its joint."""
     text = f"""
     import mech.planar.*;
     Body slide(m = 2 kg, J = 0.1 kg.m^2);

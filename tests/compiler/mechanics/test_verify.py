@@ -107,7 +107,7 @@ BREAKS: dict[str, tuple[Callable[[MechanicalSystem], MechanicalSystem], str]] = 
     "circle of frames": (lambda s: on_frame(s, circle()), "hangs on itself"),
     "depth": (
         lambda s: on_frame(s, Frame(s.kinematics.world, Rotate(2, s.q[0].node), 7)),
-        "no step deeper",
+        "not a step deeper",
     ),
     "joint lost": (lambda s: tree(s, closures=()), "does not hold each joint once"),
     "root twice": (

@@ -19,10 +19,11 @@ from mechc.compiler import pipeline
 from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node, monotone_table
 from mechc.compiler.malformed import Malformed
-from mechc.compiler.program import Program, lower, verify
+from mechc.compiler.program import Program, lower
 from mechc.compiler.program.loops import replay, rolled
 from mechc.compiler.program.loops.roll import roll
 from mechc.compiler.program.model import Load, Store
+from mechc.compiler.program.verify import verify
 from mechc.compiler.targets import c_loops
 from mechc.compiler.targets.c import emit_c
 from mechc.lang.source import SourceFile

@@ -13,9 +13,10 @@ from sample_equations import equations
 from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph.operations import CONST, SYMBOL
-from mechc.compiler.program import Program, lower, shared_bodies, verify
+from mechc.compiler.program import Program, lower, shared_bodies
 from mechc.compiler.program.model import Load, Store, operands_of
 from mechc.compiler.program.shared_bodies import in_common
+from mechc.compiler.program.verify import verify
 from mechc.runtime.interface import Quantity
 
 SIZE = 25

@@ -107,7 +107,7 @@ experiment(stop = 1 s);
 
 
 def test_nothing_that_moves_the_model_is_left_out() -> None:
-    """States, drives, contacts and friction have sections of their own: a gap is no expression that vanishes."""
+    """States, drives, contacts and friction have sections of their own: a gap is not an expression that vanishes."""
     account = account_of(compiled(SWITCHING).system, latex=False)
     found = {
         section.title: [statement.left for statement in section.statements] for section in account.sections()

@@ -6,7 +6,7 @@ import pytest
 import sympy as sp
 
 import mechc
-from mechc.compiler.symbolic.factored import factored
+from mechc.compiler.symbolic.express import factored
 from mechc.compiler.symbolic.layouts import write_equations
 
 x, y, t = sp.symbols("x y t")

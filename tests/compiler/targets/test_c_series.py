@@ -15,7 +15,7 @@ from mechc.compiler.program import Program
 from mechc.compiler.program import model as limits
 from mechc.compiler.program.series import padded
 from mechc.compiler.targets.c import emit_c
-from mechc.compiler.targets.c_series import SERIES_INCLUDED
+from mechc.compiler.targets.c_data import SERIES_INCLUDED
 from mechc.runtime.native.contract import ModelStruct
 
 ORDER = 24

@@ -127,6 +127,43 @@ def test_some_examples_agree_with_the_kernel(name: str, library: str, tmp_path: 
     agrees(next(path for path in EXAMPLES if path.stem == name), library, tmp_path)
 
 
+SPRINGS = """
+model Springs
+  dimensionless;
+  coordinate x = 1; coordinate a ~ 0.3; coordinate b ~ 0.6;
+  kinetic der(x)^2;
+  potential 3/2*a^2 + a^4/4 + (b - a)^2 + (b - a)^4/4 + (x - b)^2;
+  experiment(stop = 1);
+end Springs;
+"""
+
+
+def springs(y: Any) -> Any:
+    """Return the rates by hand, of complex numbers too: Newton's method for the nodes, and the implicit function for their rates."""
+    x, v, a, b = y
+    for _ in range(12):
+        stiff = 2 + 3 * (b - a) ** 2
+        rows = [3 * a + a**3 - 2 * (b - a) - (b - a) ** 3, 2 * (b - a) + (b - a) ** 3 - 2 * (x - b)]
+        matrix = np.array([[3 + 3 * a**2 + stiff, -stiff], [-stiff, stiff + 2]])
+        a, b = np.array([a, b]) - np.linalg.solve(matrix, rows)
+    return np.array([v, -(x - b), *(np.linalg.solve(matrix, [0, 2]) * v)])
+
+
+def test_two_coordinates_without_mass(tmp_path: Path) -> None:
+    """Rates, and their derivatives by complex steps of what is solved by hand."""
+    made = exported(mechc.loads(SPRINGS), "casadi", tmp_path)
+    from casadi import SX, Function, jacobian
+
+    y = np.array(made.START) + np.array([0.1, 0.7, 0, 0])
+    exact = np.array([springs(y + 1e-30j * d).imag / 1e-30 for d in np.eye(4)]).T
+    found = of_library(made, "casadi", "rhs")(0.0, y, [])
+    np.testing.assert_allclose(found, springs(y), rtol=0, atol=3e-15)
+    s = SX.sym("y", 4)
+    p = [value_of(made, name) for name in made.INDEPENDENT]
+    slopes = Function("slopes", [s], [jacobian(made.functions()["rhs"](0.0, s, [], p), s)])
+    np.testing.assert_allclose(np.array(slopes(y)), exact, rtol=0, atol=1e-14)
+
+
 LONG = ", ".join(f"{0.1 * k:.1f}" for k in range(-40, 41))
 TABLES = f"""
 model Tables

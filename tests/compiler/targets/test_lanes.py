@@ -18,8 +18,7 @@ from mechc.compiler.graph import operations as ops
 from mechc.compiler.graph.operation import Operation
 from mechc.compiler.lanes import lane_sources
 from mechc.compiler.program.model import Body, Load, Operate, Store
-from mechc.compiler.targets.lane_forms import DOUBLES, FORMS
-from mechc.compiler.targets.lanes import _Printer, function_lines
+from mechc.compiler.targets.lanes import DOUBLES, FORMS, _Printer, function_lines
 from mechc.runtime.interface import Quantity
 from mechc.runtime.native.build import build_shared, lane_flags
 

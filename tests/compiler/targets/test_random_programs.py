@@ -16,7 +16,9 @@ from sample_equations import equations
 from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node, Samples, monotone_table
 from mechc.compiler.graph.evaluate import evaluate
-from mechc.compiler.program import chunk, lower, verify
+from mechc.compiler.program import lower
+from mechc.compiler.program.chunk import chunk
+from mechc.compiler.program.verify import verify
 from mechc.runtime.interface import Quantity
 
 CONSTANTS = [

@@ -21,7 +21,7 @@ STATES = 3
 class Judge(Struct, frozen=True):
     """What SymPy forms: q' = kinematics(q, u), mass [u', multipliers] = forcing, and the constraints on q and on u.
 
-    ``reactions`` are formulas of q, u, u', and the multipliers. What is no coordinate, speed or multiplier is a parameter or,
+    ``reactions`` are formulas of q, u, u', and the multipliers. What is not a coordinate, speed or multiplier is a parameter or,
     if it depends on time, an input.
     """
 

@@ -83,4 +83,4 @@ NO_MOTION: tuple[Waiting, ...] = (
         "about tools",
     ),
 )
-"""What is no system, or has no motion to compare."""
+"""What is not a system, or has no motion to compare."""

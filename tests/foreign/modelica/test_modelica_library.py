@@ -8,12 +8,15 @@ from typing import Any
 import numpy as np
 import pytest
 from modelica_computed import around, boxes, computed_reference, orbits
-from modelica_examples import AGREED, WAITING, disagreement, reference, rows
+from modelica_examples import AGREED, disagreement, reference, rows
 from modelica_table import COMPUTED, EXAMPLES, Example
 
 import mechc
 
-LONG = ("PlanarMechanics.TwoTrackWithDifferentialGear",)
+TOLERANCES = {"Rotational.HeatLosses": 1e-11}
+"""At 1e-10 that run ends with a message where a pawl and a clutch share a load: their modes change again and again."""
+
+LONG = ("PlanarMechanics.TwoTrackWithDifferentialGear", "Rotational.HeatLosses")
 """Whose reference takes SciPy seconds."""
 BY_NAME = {example.name: example for example in EXAMPLES}
 
@@ -39,7 +42,9 @@ def test_published_references(example: Example) -> None:
 @pytest.mark.parametrize("example", cases("computed"))
 def test_computed_references(example: Example) -> None:
     """SciPy's own error is largest in the double pendulum: 7e-8."""
-    found = disagreement(example, computed_reference(example.name), tolerance=1e-10)
+    found = disagreement(
+        example, computed_reference(example.name), tolerance=TOLERANCES.get(example.name, 1e-10)
+    )
     assert max(found.values()) < 1e-6, found
 
 
@@ -77,10 +82,9 @@ def test_parts_of_the_library_alone() -> None:
 
 
 def test_rows_of_the_page() -> None:
-    """Every example once: what is written, and what waits for something, with its words."""
+    """Every mechanical example of these libraries once."""
     names = [name for name, _, _ in rows()]
-    assert len(names) == len(set(names)) == len(EXAMPLES) + len(WAITING)
-    assert all(words for name, _, words in rows() if name in WAITING)
+    assert len(names) == len(set(names)) == len(EXAMPLES) == 107
     assert all(example.path.exists() for example in EXAMPLES)
 
 

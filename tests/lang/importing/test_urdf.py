@@ -230,8 +230,8 @@ def test_the_text_of_an_arm(tmp_path: Path) -> None:
         f"safety_controller {at['<safety']}",
         f"transmission {at['<transm']}",
         f"the zero of 'slide': it lies beyond the range, and the joint starts at 0.01 m (line {LIMIT})",
-        "joints move beyond their ranges, but with stops = true",
-        f"the largest efforts and speeds stand in the text, but nothing holds them (lines {', '.join(map(str, LIMITED))})",
+        "the ends of joint ranges, unless stops = true",
+        f"limits of effort and speed; the text states them, but nothing enforces them (lines {', '.join(map(str, LIMITED))})",
     }
     assert "// link upper arm: upper_arm" in re.sub(r"//\s+", "// ", model.text)
 
@@ -277,7 +277,7 @@ def test_joints_of_several_freedoms(tmp_path: Path) -> None:
 AXIS, ORIGIN, LIMITS = '<axis xyz="{}"/>', '<origin xyz="0 0 x"/>', '<limit lower="1" upper="-1"/>'
 MIMIC = '<mimic joint="{}"/>'
 WRONG = [
-    ("<robot name='r'", "the file is no XML"),
+    ("<robot name='r'", "the file is not an XML"),
     ("<robot name='r'/>", "line 1 of .*the robot has no link"),
     (f"<robot>{link('a')}{link('a')}</robot>", "two elements 'link' are called 'a'"),
     (f"<robot>{link('a')}\n{link('b')}</robot>", "line 1 of .*2 links have no parent: a, b"),
@@ -307,7 +307,7 @@ WRONG = [
     ),
     (
         f"<robot>{link('a')}{link('b')}{joint('j', 'revolute', 'a', 'b', ORIGIN)}</robot>",
-        "'xyz' of 'origin' is '0 0 x', which is no number",
+        "'xyz' of 'origin' is '0 0 x', which is not a number",
     ),
     (
         f"<robot>{link('a')}{link('b')}{joint('j', 'revolute', 'a', 'b', LIMITS)}</robot>",
@@ -342,6 +342,14 @@ LIGHT = f"""
   {joint("leads", "continuous", "pad", "cup", "")}<link name="cup"/>
   {joint("led", "continuous", "arm", "claw", '<mimic joint="leads"/>')}
 </robot>"""
+
+
+def test_a_robot_without_masses(tmp_path: Path) -> None:
+    """It is read, but its text says that it cannot move."""
+    text = f'<robot name="drawn"><link name="base"/><link name="arm"/>{joint("j", "continuous", "base", "arm", "")}</robot>'
+    assert [one for one in made(tmp_path, text).left_out if one.startswith("masses: no link has one")]
+    heavy = text.replace('<link name="arm"/>', link("arm"))
+    assert not [one for one in made(tmp_path, heavy).left_out if one.startswith("masses")]
 
 
 def test_joints_that_move_nothing_with_mass(tmp_path: Path) -> None:
@@ -415,8 +423,8 @@ def test_what_touches_the_floor(tmp_path: Path) -> None:
         "contacts of shapes of the kind cylinder (line 8)",
         "contacts of shapes of the kind mesh (line 9)",
         "a collision shape of 'board': it has no geometry (line 10)",
-        "'radius' of 'sphere' is 'big', which is no number (line 11)",
-        "nothing touches anything, but with contacts = true the floor z = 0, with a friction of 1 (lines 4, 5, 6, 7, 13, 14)",
+        "'radius' of 'sphere' is 'big', which is not a number (line 11)",
+        "contacts, unless contacts = true; it brings those with the floor z = 0, with a friction of 1 (lines 4, 5, 6, 7, 13, 14)",
     }
     held = made(tmp_path, SKATE)
     assert "contact floor_plane with arm_sphere friction floor_friction;" in held.text
@@ -496,7 +504,7 @@ def test_commands(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "Free root_joint(world -> base.a);" in Path("other.mech").read_text()
     wrong = call(mechc_command, ["import", "arm.urdf", "-o", "arm.txt"])
     assert wrong.exit_code == 2 and "ends in .mech" in wrong.output
-    with pytest.raises(CompileError, match=r"'arm\.mech' is no robot in URDF"):
+    with pytest.raises(CompileError, match=r"'arm\.mech' is not a robot in URDF"):
         call(mechc_command, ["import", "arm.mech", "-o", "x.mech"], catch_exceptions=False)
     with pytest.warns(
         UserWarning,

@@ -214,7 +214,7 @@ DAMAGED: dict[str, Callable[[Files], bytes]] = {
     "no description": renamed("modelDescription.xml", "other.xml"),
     "description of no size": described(lambda text: b""),
     "description cut off": described(lambda text: text[:500]),
-    "description is no XML": described(lambda text: b"\x00\xff" * 50),
+    "description is not an XML": described(lambda text: b"\x00\xff" * 50),
     "description of an unknown encoding": described(
         lambda text: b'<?xml version="1.0" encoding="klingon"?><a/>'
     ),
@@ -226,8 +226,8 @@ DAMAGED: dict[str, Callable[[Files], bytes]] = {
     "no version": replaced(b'fmiVersion="3.0"', b""),
     "no name": replaced(b"modelName=", b"modelname="),
     "another identifier": replaced(b'modelIdentifier="', b'modelIdentifier="../../../x'),
-    "value reference is no number": replaced(b'valueReference="1"', b'valueReference="one"'),
-    "start is no number": replaced(b'start="2.0"', b'start="two"'),
+    "value reference is not a number": replaced(b'valueReference="1"', b'valueReference="one"'),
+    "start is not a number": replaced(b'start="2.0"', b'start="two"'),
     "path to above": added("../above.txt"),
     "path to above in between": added("resources/../../above.txt"),
     "absolute path": added("/tmp/above.txt"),
@@ -266,7 +266,7 @@ def test_damaged_files_give_messages_and_exit_codes(name: str, sound: Files, tmp
     checked = answer(path, "check")
     assert checked.returncode == 1 and "FAIL" in checked.stdout, checked
     ran = answer(path, "run")
-    fine_without = ("reference", "start is no number", "names that differ", "no name")
+    fine_without = ("reference", "start is not a number", "names that differ", "no name")
     assert ran.returncode in (0, 1, 2)
     assert ran.returncode == 0 or ran.stderr.startswith("error: "), ran
     assert ran.returncode != 0 or name.startswith(fine_without), ran

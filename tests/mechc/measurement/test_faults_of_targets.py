@@ -68,7 +68,7 @@ FAULTS = (
     Fault("web", "another tolerance", r"e\.web_run\(span\.tolerance", "e.web_run(1e6 * span.tolerance"),
     Fault("web", "another start", r'"y":\[\]', '"y":[[1,0.6]]'),
     Fault("web", "names that are exchanged", r'"name":"x"(.*?)"name":"a"', r'"name":"a"\1"name":"x"'),
-    Fault("web", "a run at half its times", r"e\.web_times\(span\.begin, ?span\.start, ?span\.stop\)", "e.web_times(span.begin, span.start, span.stop / 2)"),
+    Fault("web", "a run at half its times", r"e\.web_times\((.*?), ?end\);", r"e.web_times(\1, end / 2);"),
     Fault("ensemble", "another phase of a force", r"sin\(", "cos("),
     Fault("ensemble", "half of what is dissipated", r"out\[5\] = (v\d+)", r"out[5] = 0.5 * \1"),
 )  # fmt: skip

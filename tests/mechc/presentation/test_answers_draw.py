@@ -12,7 +12,10 @@ from matplotlib.figure import Figure
 from msgspec.structs import replace
 
 import mechc
+from mechc.presentation.answers import figure
 from mechc.runtime.outcome import SimulationError
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
 TEXT = """\
 model Swing
@@ -83,3 +86,21 @@ def test_what_cannot_be_drawn_is_refused() -> None:
         found["run"].plot(ax=Figure().subplots())
     with pytest.raises(SimulationError, match="there is nothing to draw"):
         replace(found["modes"], panels=()).plot()
+
+
+def test_a_logarithmic_axis_of_few_decades_has_plain_numbers() -> None:
+    text = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; parameter k = 4 N/m; potential 1/2*k*x^2; damping 0.1 N.s/m on x;"
+    drawn = figure(mechc.loads(text).rainflow(stop="20 s"))
+    drawn.canvas.draw()
+    shown = [label.get_text() for label in drawn.axes[0].get_xticklabels(which="both") if label.get_text()]
+    assert "1" in shown and "2" in shown and not any("^" in one or "e" in one for one in shown)
+
+
+def test_equal_eigenvalues_are_one_point_with_all_names() -> None:
+    """A bead on a turning hoop rests at both sides; rounding in the place of the one below is shown as none."""
+    found = mechc.load(EXAMPLES / "rotating_hoop.mech").equilibria()
+    assert {curve.name for curve in found.panels[0].curves} == {
+        "theta = -1.168; theta = 1.168",
+        "theta = 0",
+        "theta = 3.142",
+    }

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from slow_params import slow_but
 
-from mechc.presentation import building as module
-from mechc.presentation.building import building
+from mechc.presentation import progress as module
+from mechc.presentation.progress import building
 from mechc.runtime.native.build import build_shared, find_compiler, model_flags
 
 SOURCES = {"a.c": "int f(void) { return 1; }\n"}
@@ -38,7 +38,7 @@ def empty_cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     if find_compiler() is None:
         pytest.skip("no C compiler")
     monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
-    monkeypatch.setattr(module, "DELAY", 0.01)
+    monkeypatch.setattr(module, "BUILD_DELAY", 0.01)
 
 
 def slowly(stream: Terminal, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -68,7 +68,7 @@ def test_what_is_compiled_is_said_while_it_is(monkeypatch: pytest.MonkeyPatch) -
 
 @pytest.mark.usefixtures("empty_cache")
 def test_a_short_build_says_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(module, "DELAY", 60)
+    monkeypatch.setattr(module, "BUILD_DELAY", 60)
     stream = Terminal()
     with building(stream=stream):
         build_shared(SOURCES, model_flags())
@@ -93,7 +93,7 @@ def test_the_command_line_tells_it_on_a_terminal(silent: str, tmp_path: Path) ->
     model = tmp_path / "falling.mech"
     new = f"force {time.time_ns()}e-18 N on x;"
     model.write_text(f"coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; {new} experiment(stop = 1 s);")
-    begin = "import mechc.presentation.building as b; b.DELAY = 0; import mechc.cli.main as m; raise SystemExit(m.run())"
+    begin = "import mechc.presentation.progress as b; b.BUILD_DELAY = 0; import mechc.cli.main as m; raise SystemExit(m.run())"
     ours, theirs = pty.openpty()
     command = [sys.executable, "-c", begin, "run", str(model), *([silent] if silent else [])]
     done = subprocess.run(command, stdout=subprocess.PIPE, stderr=theirs, timeout=100)

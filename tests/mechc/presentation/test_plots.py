@@ -27,6 +27,7 @@ from mechc.presentation.panels import (
     point_names,
 )
 from mechc.presentation.plots import balance_error, figure, save
+from mechc.presentation.strokes import Strokes
 from mechc.runtime.interface import Quantity
 from mechc.solution import Solution
 
@@ -177,7 +178,8 @@ def test_what_is_drawn_comes_first_and_nothing_is_there_twice(turn: Solution) ->
     drawn = figure(turn)
     scene = drawn.axes[0]
     assert scene.get_aspect() == 1.0 and scene.get_xlabel() == "$x$ [m]"
-    ends = [line.get_xydata() for line in scene.get_lines() if len(line.get_xydata()) == 2]
+    (strokes,) = (artist for artist in scene.get_children() if isinstance(artist, Strokes))
+    ends = [o.path.vertices for o in strokes.outlines if np.shape(o.path.vertices) == (2, 2)]
     start, end = (np.deg2rad(30), np.deg2rad(30) + 1)
     for line, angle in zip(ends, (start, end), strict=True):
         assert np.allclose(line, [[0, 0], [2 * np.cos(angle), 2 * np.sin(angle)]], rtol=0, atol=1e-7)
@@ -284,3 +286,40 @@ def test_a_narrow_picture_has_few_numbers_on_its_short_side() -> None:
     (left, right), (down, up) = own.axes.get_xlim(), own.axes.get_ylim()
     box = own.axes.get_window_extent()
     assert (right - left) / (up - down) == pytest.approx(box.width / box.height, rel=1e-3)
+
+
+LONG = """\
+model Part
+  output Real steady_position_of_the_slider = 1;
+  output Real steady_position_of_the_carriage = 2;
+end Part;
+model Press
+  parameter M = 2e5 N;
+  Part first_of_the_long_names; Part second_of_the_long_names; Part third_of_the_long_names;
+  coordinate x = 1 m;
+  kinetic 1/2*200 kg*der(x)^2;
+  potential 1/2*(4e5 N/m)*x^2;
+  output Force held = M*(x/(1 m));
+  experiment(stop = 0.1 s);
+end Press;
+"""
+
+
+def test_the_line_below_the_panels_is_not_cut() -> None:
+    drawn = figure(mechc.loads(LONG).simulate())
+    drawn.canvas.draw()
+    line = drawn._supxlabel
+    assert "third_of_the_long_names.steady_position_of_the_carriage" in line.get_text()
+    assert line.get_window_extent().x1 <= drawn.bbox.x1
+
+
+def test_long_numbers_become_a_prefix_of_the_unit() -> None:
+    drawn = figure(mechc.loads(LONG).simulate())
+    drawn.canvas.draw()
+    axes = next(a for a in drawn.axes if a.get_title(loc="left") == "held")
+    assert axes.get_ylabel() == "[kN]"
+    shown = {t.get_text() for t in axes.get_yticklabels()}
+    assert {"0", "200", "\N{MINUS SIGN}200"} <= shown
+    assert all(a.yaxis.get_offset_text().get_text() == "" for a in drawn.axes)
+    energies = next(a for a in drawn.axes if a.get_title(loc="left") == "energies")
+    assert energies.get_ylabel() == "[kJ]"

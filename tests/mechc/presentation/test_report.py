@@ -149,6 +149,23 @@ def test_of_many_events_the_report_counts_the_kinds() -> None:
     assert last.split()[:2] == ["1", "s"] and last.endswith("when, the last")
 
 
+def test_of_many_kinds_of_events_those_are_counted_that_came_again() -> None:
+    """Of the events of ten kinds, each of which came once, nothing came most often."""
+    once = "".join(f"when time > 0.{k}5 s then n := n + 1; end when; " for k in range(10))
+    model = mechc.loads(f"coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Integer n = 0; {once}")
+    again = mechc.loads(
+        f"coordinate x = 0 m; kinetic 1/2*1 kg*der(x)^2; discrete Integer n = 0; {once}"
+        "when sin(time*5*pi/1 s) > 0.5 then n := n + 1; end when;"
+    )
+    told = [
+        next(row for row in report(m.simulate(stop=1)).splitlines() if "more" in row) for m in (model, again)
+    ]
+    assert told == [
+        "  ... and 2 more",
+        "  ... and 5 more; of all most often: 3 sin(time*5*pi/1 s) > 0.5 when",
+    ]
+
+
 CLOCKS = """model Controller
   parameter Time period = 1 ms;
   discrete Integer n = 0;

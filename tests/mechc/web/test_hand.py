@@ -100,9 +100,7 @@ class Hand:
 
     def let_go(self) -> None:
         self.tab.mouse.up()
-        runs = -1
-        while runs != (runs := self.ask("page.runs")):  # those that were asked before come first
-            self.tab.wait_for_timeout(500)
+        self.opened.wait("page.idle()")
 
 
 @needs_browser

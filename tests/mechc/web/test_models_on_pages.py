@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser
+from browsers import Opened, needs_browser, off, running_browser, traced
 from msgspec import Struct
 
 import mechc
@@ -182,26 +182,29 @@ FRAMES = """async count => {
   const {run, go} = page, ms = [], t0 = run.t[0], span = run.t[run.n - 1] - t0, heap = [];
   for (let k = 0; k < 2*count; k++) {
     if (k % count === 0) { gc(); heap.push(performance.memory.usedJSHeapSize); }
+    performance.mark('move');
     const begun = performance.now(); go(t0 + span*(k % 97)/97); ms.push(performance.now() - begun);
     await new Promise(requestAnimationFrame);
   }
   gc(); heap.push(performance.memory.usedJSHeapSize);
   ms.sort((a, b) => a - b);
-  return {median: ms[count], most: ms[Math.floor(1.9*count)], heap};
+  return {median: ms[count], heap};
 }"""
 
 
 @pytest.mark.parametrize(("name", "limit"), [("stewart_platform", 4.0), ("swarm", 8.0)])
 def test_a_frame_takes_little_script(name: str, limit: float, browser: Any, tmp_path: Path) -> None:
-    """Median and 95 per cent of the script, and no growing memory; where there is no display GPU."""
+    """Medians of the script and of processor time of the page's thread, and no growing memory. Without a graphics card, what a frame of
+    200 boxes takes beside them are 50 ms of processor time in the browser's drawing process at 1280 x 720."""
     model = mechc.loads(SWARM) if name == "swarm" else mechc.load(EXAMPLES / f"{name}.mech")
     path = tmp_path / "page.html"
     path.write_text(page(model))
-    opened = Opened(browser, path)
-    found = opened.ask(FRAMES, 100)
+    opened = Opened(browser, path, viewport={"width": 1280, "height": 720})
+    found, spent = traced(browser, opened, FRAMES, 100)
+    thread = float(np.median(spent["thread of the page"]))
     heap = found["heap"]
-    print(f"{name}: median {found['median']:.2f} ms, 95 % {found['most']:.2f} ms, heap {heap}")
-    assert found["median"] < limit and found["most"] < limit
+    print(f"{name}: script {found['median']:.2f} ms, thread {thread:.1f} ms, heap {heap}")
+    assert found["median"] < limit and thread < 1000 / 60
     assert heap[2] - heap[1] < 200_000, "what a frame takes is given back"
     assert opened.said == []
     opened.tab.close()
@@ -225,8 +228,8 @@ def test_runs_again_while_it_is_dragged(browser: Any, tmp_path: Path) -> None:
         """async () => {
           const slider = document.getElementById('s-mu'), before = page.runs;
           let answers = 0;
-          slider.value = 0.15; slider.dispatchEvent(new Event('input'));
-          while (page.runs === before) { await new Promise(r => setTimeout(r)); answers++; }
+          slider.value = 0.15; slider.dispatchEvent(new Event('input')); slider.dispatchEvent(new Event('change'));
+          while (page.runs === before || page.run.share < 1) { await new Promise(r => setTimeout(r)); answers++; }
           return [answers, page.run.ms];
         }"""
     )

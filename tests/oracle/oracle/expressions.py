@@ -61,7 +61,7 @@ def each(f: Callable[[Any], Any], x: Value) -> Value:
 
 
 def der(x: Value) -> Value:
-    """The derivative by time along the motion; what is no series is constant."""
+    """The derivative by time along the motion; what is not a series is constant."""
     return each(lambda s: s.der() if isinstance(s, Series) else 0.0, x)
 
 
@@ -216,12 +216,12 @@ class Evaluator:
             case flat.Element():
                 base = self(e.base)
                 if isinstance(base, Pose):  # R[k]: the quaternion
-                    base = self.name(f"{_name(e.base)} quaternion")
+                    base = self.name(f"{self._variable(e.base)} quaternion")
                 return base[e.indices if len(e.indices) > 1 else e.indices[0]]
             case flat.Derivative():
                 x = self(e.operand)
                 if isinstance(x, Pose):
-                    x, orders = self.name(f"{_name(e.operand)} rate"), e.order - 1
+                    x, orders = self.name(f"{self._variable(e.operand)} rate"), e.order - 1
                 else:
                     orders = e.order
                 for _ in range(orders):
@@ -257,6 +257,13 @@ class Evaluator:
                     return self(e.body)
                 finally:
                     self.local = outer
+
+    def _variable(self, e: flat.Expression) -> str:
+        """The variable that a name stands for, through names of names."""
+        name = _name(e)
+        while name in self.definitions and isinstance(value := self.definitions[name].value, flat.Name):
+            name = value.name
+        return name
 
     def name(self, name: str) -> Value:
         if name in self.local:
@@ -305,7 +312,7 @@ class Evaluator:
             try:
                 with self.only_numbers():
                     return body(real(s))
-            except ArithmeticError:  # where a series says that something is no number
+            except ArithmeticError:  # where a series says that something is not a number
                 return body(s)
 
         def together(start: Any, width: Any, shares: Any, numbers: bool) -> tuple[Any, Any]:

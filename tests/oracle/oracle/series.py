@@ -148,7 +148,7 @@ def with_derivative(x: Series, v: Array, rate: Array) -> Series:
     return Series(v, None if x.e is None else product(rate[:, None], x.e))
 
 
-@np.errstate(all="ignore")  # what is no number is refused where it is used
+@np.errstate(all="ignore")  # what is not a number is refused where it is used
 def reciprocal(v: Array) -> Array:
     out = [1 / v[0]]
     for n in range(1, len(v)):
@@ -156,7 +156,7 @@ def reciprocal(v: Array) -> Array:
     return np.stack(np.broadcast_arrays(*out))
 
 
-@np.errstate(all="ignore")  # what is no number is refused where it is used
+@np.errstate(all="ignore")  # what is not a number is refused where it is used
 def root(v: Array) -> Array:
     out = [np.sqrt(v[0])]
     for n in range(1, len(v)):
@@ -165,7 +165,7 @@ def root(v: Array) -> Array:
     return np.stack(np.broadcast_arrays(*out))
 
 
-@np.errstate(all="ignore")  # what is no number is refused where it is used
+@np.errstate(all="ignore")  # what is not a number is refused where it is used
 def constant_power(v: Array, p: float) -> Array:
     """v^p in time: by products for whole p, else from p v^(p-1), which needs v > 0."""
     if p == int(p) and abs(p) <= 64:

@@ -143,7 +143,7 @@ def solve_in(
     def scan(z: Array) -> tuple[Array, Array]:
         try:
             rows = look(z, np.eye(N))[1]
-        except ValueError:  # a law that is no number there
+        except ValueError:  # a law that is not a number there
             return np.full(N, np.nan), np.full((N, N), np.nan)
         return rows[:, 0].real, rows.imag / STEP
 
@@ -173,7 +173,7 @@ def solve_in(
                 z = z + dz
                 r, J = scan(z)
             else:
-                raise Undetermined("the laws are no numbers here")
+                raise Undetermined("the laws are not numbers here")
             first = J if first is None else first
             dz, loose = least(J, r)
             size = np.abs(J) @ np.abs(z) + np.abs(J) @ np.abs(dz) + np.abs(r) + 1e-300

@@ -64,7 +64,7 @@ def _solved(at: Evaluator, model: flat.FlatModel) -> dict[str, Value]:
         try:
             with at.only_numbers():
                 return np.array([real(x) for x in rows(list(z))])
-        except ArithmeticError:  # where a series says that something is no number
+        except ArithmeticError:  # where a series says that something is not a number
             return np.array([real(x) for x in rows(list(z))])
 
     def slopes(z: Array) -> Array:

@@ -1,7 +1,7 @@
 """The state of a model in the coordinates of its twin.
 
 Joints span a tree in the order of declaration, so that another joint may close a loop where statements stand elsewhere: its
-coordinates are no states then, and what is guessed for them counts no more. Assembly weighs guesses by the mean of the
+coordinates are not states then, and what is guessed for them counts no more. Assembly weighs guesses by the mean of the
 parameters that are lengths, and a twin may have others. Such twins begin elsewhere, and move alike from the same state.
 """
 

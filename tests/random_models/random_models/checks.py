@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -607,6 +608,20 @@ def _given(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None
     return None if found is None else [Disagreement("given", key, said) for key, said in found]
 
 
+_ARRAYS = {"p": "parameters", "y": "states", "u": "inputs", "z": "discretes"}
+
+
+def _sweeps(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
+    """Compare what experiments sweep with what their texts say."""
+    said = Counter(s.data["sweep"] for s in model.statements() if s.data and "sweep" in s.data)
+    if not said:
+        return None
+    names = {a: [q.name for q in getattr(base.problem, kind)] for a, kind in _ARRAYS.items()}
+    swept = [(names[to.array][to.index], tuple(float(f"{v:.12g}") for v in values)) for e in base.problem.experiments for to, values in e.sweeps]  # fmt: skip
+    wrong = said - Counter(swept)
+    return [Disagreement("sweeps", "target", f"{sorted(wrong)} expected, {swept} found")] if wrong else []
+
+
 def _said_otherwise(model: Model, base: Compiled, seed: int) -> list[Disagreement] | None:
     """Compare with a twin that mechc makes itself."""
     found = at_states(base, seed)
@@ -631,6 +646,7 @@ CHECKS: tuple[tuple[str, Check], ...] = (
     ("followers", _followers),
     ("integrals", _integrals),
     ("counted", _counted),
+    ("sweeps", _sweeps),
     ("structured", _structured),
     ("spelled out", _twin(said_plainly)),
     ("by element", _twin(element_by_element)),

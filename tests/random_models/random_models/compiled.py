@@ -12,6 +12,8 @@ import numpy as np
 from msgspec.structs import replace
 
 import mechc
+from mechc.requests.in_si import settings_in_si
+from mechc.requests.parse_values import settable_units
 from mechc.runtime.case import Case, SimulationOptions, inputs_at, prepare
 from mechc.runtime.functions import Functions, load_functions
 from mechc.runtime.integrate.solver import Solver
@@ -21,6 +23,7 @@ from random_models.states import on_constraints
 TOLERANCE = 1e-8
 """Of the run that begins at a state, whose sizes are one."""
 Values = dict[str, float]
+Given = float | list[float]
 """Numbers by the names that results have."""
 
 
@@ -177,7 +180,7 @@ def compiled(text: str, *, quick: bool = True) -> Compiled:
 
 
 def prepared(
-    made: Callable[[], Any], values: Mapping[str, float] | None, text: str, *, quick: bool = True
+    made: Callable[[], Any], values: Mapping[str, Given] | None, text: str, *, quick: bool = True
 ) -> Compiled:
     """Make a model, and find its start; raises ``Refused``."""
     try:
@@ -186,7 +189,8 @@ def prepared(
             model = made().for_experiment(None)
             problem = model.problem(quick=quick)
             functions = load_functions(problem)
-            case = prepare(problem, functions, SimulationOptions(values=dict(values or {})))
+            given = settings_in_si(values or {}, settable_units(problem))
+            case = prepare(problem, functions, SimulationOptions(values=given))
     except mechc.CompileError as error:
         wrong = [d for d in error.diagnostics if d.code.startswith("E")]
         raise Refused(tuple(d.code for d in wrong), mechc.render(wrong)) from None

@@ -56,7 +56,9 @@ def exported(
     """
     model = mechc.loads(text).for_experiment(None)
     given = _given(model, text) if units else {}
-    own = _told(model, text, units=True) if units and not sizes else {}  # another start is no size of theirs
+    own = (
+        _told(model, text, units=True) if units and not sizes else {}
+    )  # another start is not a size of theirs
     if own and len(text) % 2:
         text = _set_otherwise(model, text, own)
     if own.keys() & set(_BEGINNING.findall(text)):  # the start is found anew for it alone
@@ -229,7 +231,7 @@ def _given(model: Any, text: str) -> dict[str, float]:
 
 def _parameter(model: Any, text: str, *, units: bool) -> dict[str, float]:
     """Choose a parameter of the model itself, one with which something begins or the last that is declared, and another value for it;
-    for ``units`` one that is no formula."""
+    for ``units`` one that is not a formula."""
     values = prepared(lambda: model, None, text).parameters()
     own = [name for name, value in values.items() if re.fullmatch(r"p\d+", name) and value > 0]
     if units:

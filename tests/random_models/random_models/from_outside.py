@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from random import Random
 from typing import Any
 
@@ -10,13 +10,13 @@ import numpy as np
 
 import mechc
 from random_models.carried import lengths_alike
-from random_models.compiled import Compiled, NoMotion, Refused, differences, prepared, shaken
+from random_models.compiled import Compiled, Given, NoMotion, Refused, differences, prepared, shaken
 from random_models.meaning import Meaning
 from random_models.quantities import quantity
 from random_models.settings import is_number
 from random_models.starts import begun
 from random_models.structure import with_value
-from random_models.tree import Dim, E, Model, S, node
+from random_models.tree import Dim, E, Model, S, node, statement
 
 
 def chosen(model: Model, random: Random) -> dict[str, float]:
@@ -45,6 +45,23 @@ def said_by_text(model: Model, given: dict[str, float]) -> Model:
     return model.with_top(tuple(change(s) if is_number(s) else s for s in model.top.seq().items))
 
 
+def whole(model: Model, random: Random) -> tuple[dict[str, Given], str]:
+    """Choose other values for an array in a part, and another one for an element of it; return them and the text that says so."""
+    items = model.top.seq().items
+    there = [s for s in items if s.data and "whole" in s.data]
+    if not there:
+        return {}, ""
+    s = random.choice(there)
+    assert s.data is not None
+    name, n, text = s.data["whole"]
+    values = [random.uniform(0.4, 2) for _ in range(n)]
+    k, own = random.randrange(n), random.uniform(2, 3)
+    given: list[tuple[str, Given]] = [(name, values), (f"{name}[{k + 1}]", own)]
+    said = ", ".join(f"{own if i == k else v:.17g}" for i, v in enumerate(values))
+    other = statement("list", text.format(f"{{{said}}}"))
+    return dict(random.sample(given, 2)), model.with_top(tuple(other if x is s else x for x in items)).text()
+
+
 def written(value: float, d: Dim) -> E:
     """Write a number of SI so that nothing of it is lost."""
     unit = str(quantity(1, d)).partition(" ")[2]
@@ -58,10 +75,12 @@ def differs_from_text(model: Model, base: Compiled, seed: int) -> list[tuple[str
     found = _differs(base, given, said_by_text(model, given).text(), seed) if given else []
     start, text = begun(base.text, random)
     found += _differs(base, start, text, seed) if start else []
-    return found if given or start else None
+    told, text = whole(model, random)
+    found += _differs(base, told, text, seed) if told else []
+    return found if given or start or told else None
 
 
-def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> list[tuple[str, str]]:
+def _differs(base: Compiled, given: Mapping[str, Given], text: str, seed: int) -> list[tuple[str, str]]:
     quick = base.problem.quick
     one = _refused(lambda: base.model, base.text, quick, given)
     other = _refused(lambda: mechc.loads(text), text, quick)
@@ -83,7 +102,9 @@ def _differs(base: Compiled, given: dict[str, float], text: str, seed: int) -> l
     return [("value", f"{given}\n{lines}")] if wrong else []
 
 
-def _refused(made: Callable[[], Any], text: str, quick: bool, values: dict[str, float] | None = None) -> Any:
+def _refused(
+    made: Callable[[], Any], text: str, quick: bool, values: Mapping[str, Given] | None = None
+) -> Any:
     try:
         return prepared(made, values, text, quick=quick)
     except Refused as refused:

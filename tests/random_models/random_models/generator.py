@@ -11,6 +11,7 @@ from random_models.arithmetic import arithmetic
 from random_models.bends import bends
 from random_models.cases import cases
 from random_models.closing import closing
+from random_models.connected import connected
 from random_models.deeds import deeds
 from random_models.drags import drags
 from random_models.driven import driven
@@ -25,13 +26,14 @@ from random_models.hanging import hanging
 from random_models.landing import landing
 from random_models.leaning import leaning
 from random_models.letting_go import letting_go
-from random_models.linkages import followed, linkages, pins
+from random_models.linkages import followed, groups, linkages, pins
 from random_models.lists import lists
 from random_models.measured import measured
 from random_models.narrow import narrow
 from random_models.orbits import orbits
 from random_models.orientations import orientations
 from random_models.parts import parts
+from random_models.placed import alone, is_alone, placed
 from random_models.quantities import quantity
 from random_models.quiet import is_quiet, quiet
 from random_models.scope import File, Scope
@@ -107,6 +109,9 @@ def skeleton(seed: int) -> Scope:
         within,
         sized,
         followed,
+        connected,
+        placed,
+        groups,
     ):
         further(s, seed)
     return s
@@ -171,4 +176,6 @@ def _told(s: Scope, seed: int) -> tuple[str | Slot, ...]:
 
 def generate(seed: int) -> Model:
     """Return the random model of a seed."""
+    if is_alone(seed):
+        return finished(alone(seed), seed)
     return finished(quiet(seed) if is_quiet(seed) else skeleton(seed), seed)

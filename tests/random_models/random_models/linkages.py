@@ -8,6 +8,7 @@ from fractions import Fraction
 from random_models.bodies import WORLD, mod
 from random_models.closing import direction, hung, placed, push
 from random_models.driven import ask
+from random_models.lists import Chain
 from random_models.operators import call, multiply, vector
 from random_models.scope import Scope
 from random_models.structure import model_statement
@@ -26,7 +27,7 @@ from random_models.tree import (
     statement,
 )
 
-SHARE, PINNED, FOLLOWED = 0.12, 0.05, 0.02
+SHARE, PINNED, FOLLOWED, GROUPED = 0.12, 0.05, 0.02, 0.03
 """Of the models with bodies."""
 F = Fraction
 _CARRIERS = {2: ("Revolute", "Prismatic", "PinSlot"), 3: ("Revolute", "Spherical", "Cylindrical")}
@@ -63,6 +64,61 @@ def followed(s: Scope, seed: int) -> None:
             _followed(s)
 
 
+def groups(s: Scope, seed: int) -> None:
+    """Hold bodies together by connections to and fro, which joints from outside reach in two places. Its random numbers are its own."""
+    if not s.space:
+        return
+    with s.apart(f"groups 86 of {seed}"):
+        if s.chance(GROUPED):
+            _Group(s).write()
+
+
+class _Group(Chain):
+    """Writes bodies whose connections make a tree. Its twin has each of them away from the first body, and all before the joints."""
+
+    def write(self) -> None:
+        s, n, hold = self.s, self.s.pick((3, 3, 4)), self.s.fresh("Hold")
+        text = f"model {hold} frame from; frame to; place to = from; end {hold};"
+        s.file.items.append(statement("class", text, name=hold))
+        names = [s.fresh("b") for _ in range(n)]
+        planar = s.space == 2
+        for name in names:
+            m, J = self.numbers(2)
+            self.same(
+                f"Body {name}(m = {m:g} kg, J = {f'{J:g} kg.m^2' if planar else f'diag({{{J:g}, {m:g}, 1}} kg.m^2)'});"
+            )
+        edges = [(s.pick(names[:k]), names[k]) for k in range(1, n)]
+        arms = [self._arm() for _ in edges]
+        first, last = names[0], names[-1]
+        free, pin = s.fresh("j"), s.fresh("j")
+        x, f = self.numbers(2, 0.2, 0.8)
+        place = f"x ~ {x:g} m" if planar else f"position ~ {{{x:g}, 0, 0}} m"
+        joints = [
+            f"Free {free}(world -> {first}.a, {place});",
+            f"{'Revolute' if planar else 'Spherical'} {pin}(world -> {last}.a);",
+        ]
+        welds = [(f"{hold} {s.fresh('w')}", a, b, arm) for (a, b), arm in zip(edges, arms, strict=True)]
+        away = [f"{weld}({a}.a * {arm} -> {b}.a);" for weld, a, b, arm in welds]
+        shuffled = [
+            one if s.chance(0.5) else f"{weld}({b}.a -> {a}.a * {arm});"
+            for one, (weld, a, b, arm) in zip(away, welds, strict=True)
+        ]
+        written = [*shuffled, *joints]
+        s.random.shuffle(written)
+        self.say(written[0], *away, *joints)
+        for text in written[1:]:
+            self.say(text)
+        push_by = "{0, 1}" if planar else "{0, 1, 0}"
+        self.same(f"force {f:g} N*{push_by} on {s.pick(names)}.a;")
+        for question in (f"reaction({pin})", f"pos({s.pick(names)}.a)", f"mass_centre({s.pick(names)}.a)"):
+            self.output(question, question)
+
+    def _arm(self) -> str:
+        s = self.s
+        numbers = ", ".join(f"{v:g} m" for v in self.numbers(s.space, -0.6, 0.6))
+        return f"trans({{{numbers}}})"
+
+
 def _followed(s: Scope) -> None:
     """Hold a body that moves freely, so that a connection closes the loop: its pose has no freedom, and is not rigid either."""
     base = hung(s, s.pick(_CARRIERS[s.space]), WORLD)[0]
@@ -94,13 +150,33 @@ def _pinned(s: Scope) -> None:
     else:
         moved, place = "coordinate Rotation orientation;", f"orientation * {back}"
         closed = "closure pos(seat) = pos(from);"
-    frames = f"frame from; frame to; frame eye = to * {out}; frame seat = eye;"
+    with s.apart(f"equations of the pin {name} with {arm}"):
+        if s.chance(0.5):  # by names
+            closed = (
+                "let across = local(from, seat)[1]; let along = local(from, seat)[2]; closure across = 0; closure along = 0 m; "
+                "let turned = heading(seat) - heading(from); closure angle = turned;"
+                if s.space == 2
+                else "let off = pos(seat) - pos(from); closure off = 0 m;"
+            )
+    with s.apart(f"ends of the pin {name} with {arm}"):
+        ends_of = s.pick(("frame from; frame to;", "frame to; frame from;"))
+        carries = s.chance(0.5)
+    frames = f"{ends_of} frame eye = to * {out}; frame seat = eye;"
     text = f"{frames} {moved} place to = from * {place}; {closed}"
     s.file.items.append(statement("class", f"model {kind} {text} end {kind};", name=kind))
-    ends = (Slot("component.from", named(s, near)), " -> ", Slot("component.to", named(s, free)))
-    items = (statement("bind", *ends, name="->"),)
+    ends = named(s, near), named(s, free)
+    both: tuple[str | Slot, ...]
+    if ends_of.startswith("frame from"):
+        both = (Slot("component.from", ends[0]), " -> ", Slot("component.to", ends[1]))
+    else:
+        both = ("from = ", Slot("component.from", ends[0]), ", to = ", Slot("component.to", ends[1]))
+    items = (statement("bind", *both, name="->"),)
     s.add("component", f"{kind} {name}", Seq(items, "list"), ";", name=name, data={"class": kind})
     push(s, named(s, free))
+    if carries:  # what hangs on the joint is lowered before the loop is closed
+        with s.apart(f"what the pin {name} carries with {arm}"):
+            seat = reference(f"{name}.{s.pick(('eye', 'seat'))}", "frame", type="frame", level="q")
+            push(s, hung(s, "Revolute", seat)[0])
     _told(s, name)
 
 

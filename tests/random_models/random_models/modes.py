@@ -36,7 +36,7 @@ def _one(name: str, seed: int, base: Compiled) -> bool:
     return name not in _IN_TURN or name == _IN_TURN[seed % len(_IN_TURN)]
 
 
-_ALWAYS = ("values", "oracle", "followers", "integrals", "counted")
+_ALWAYS = ("values", "oracle", "followers", "integrals", "counted", "sweeps")
 
 
 def _sparse(name: str, seed: int, base: Compiled) -> bool:
@@ -71,6 +71,7 @@ AT_STATES = (
     "followers",
     "integrals",
     "counted",
+    "sweeps",
     "structured",
     "spelled out",
     "by element",

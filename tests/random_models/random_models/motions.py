@@ -85,13 +85,16 @@ OF_CONTACTS = frozenset({"impact", "rest", "lift-off", "slip", "stick"})
 
 
 def _kinds(solution: Any) -> list[str]:
-    """List the kinds of the events of a motion."""
+    """List the kinds of the events of a motion; a twin may state as its start what the other does by ``when initial()``."""
     rests = [(e.name, float(e.time)) for e in solution.events if e.kind == "rest"]
     piled = [
         e.kind == "impact" and any(e.name == n and 0 <= t - float(e.time) < PILED for n, t in rests)
         for e in solution.events
     ]
-    return sorted(e.kind for e, left_out in zip(solution.events, piled, strict=True) if not left_out)
+    first = [e.kind == "when" and e.time == solution.time[0] for e in solution.events]
+    return sorted(
+        e.kind for e, *left_out in zip(solution.events, piled, first, strict=True) if not any(left_out)
+    )
 
 
 def difference(

@@ -13,15 +13,15 @@ from msgspec.structs import replace
 from numpy.typing import NDArray
 
 from mechc.compiler.program import Program
-from mechc.compiler.program.names import identifiers
+from mechc.compiler.program.model import identifiers
 from mechc.compiler.targets import python_forms
 from mechc.compiler.targets.c_tables import used_tables
 from mechc.compiler.targets.python_forms import FUNCTIONS, TABLES, table_text
 from mechc.compiler.targets.python_text import function_lines
 from mechc.runtime.problem import Array, ModelFunction
 
-DIALECT = replace(python_forms.DIALECT, number="", quiet="")
-"""That of modules, but with the floats of Python."""
+DIALECT = replace(python_forms.DIALECT, number="", quiet="", branch=None)
+"""That of modules, but with the floats of Python, and all statements computed."""
 
 NAMED = {f.name: f for f in (*FUNCTIONS.values(), *TABLES.values())}
 PLAIN: dict[str, Any] = {name: f.own or getattr(math, name) for name, f in NAMED.items()}
@@ -68,7 +68,7 @@ def load_python(
     text += [f"TABLE_{i} = {table_text(table)}" for i, table in used_tables(program)]
     text += function_lines(program.parameters_function, "p, given", DIALECT, names)
     for f in program.functions:
-        text += function_lines(f, "t, y, u, z, p", DIALECT, names, program.size("u"))
+        text += function_lines(f, "t, y, u, z, p", DIALECT, names, program.size("u"), program.size("y"))
     namespace: dict[str, Any] = {**PLAIN}
     exec("\n".join(text), namespace)
     complete = _checked(namespace["parameters"])

@@ -127,6 +127,31 @@ class _Within(Chain):
             data={**(s.statements[-1].data or {}), "in the experiment": f", {name}.{path} = {n}"},
         )
         self.same(f"output {s.fresh('o')} = {name}.total;")
+        with s.apart(f"namesakes of {name} with {m} and {k}"):
+            if s.chance(0.5):
+                self._namesakes()
+
+    def _namesakes(self) -> None:
+        """A size of the whole model that the experiment says, beside parts that call their own by the same name."""
+        s, n, part, name = self.s, self.s.fresh("N"), self.s.fresh("Row"), self.s.fresh("a")
+        m, k = self.numbers(2)
+        told, said, own = s.random.sample((1, 2, 3, 4), 3)
+        self.define(
+            part,
+            f"structural parameter Integer {n} = {own}; coordinate Length q[{n}] ~ 0.1 m; kinetic 1/2*{m:g} kg*dot(der(q), der(q)); "
+            f"potential 1/2*{k:g} N/m*dot(q, q); output total = {n}*sum(q);",
+        )
+        self.say(
+            f"structural parameter Integer {n} = {said};",
+            f"structural parameter Integer {n} = {told};",
+            name=n,
+        )
+        s.statements[-1] = replace(
+            s.statements[-1],
+            data={**(s.statements[-1].data or {}), "in the experiment": f", {n} = {told}"},
+        )
+        mods = s.pick(("", f"({n} = {own})"))
+        self.same(f"{part} {name}{mods};", f"output {s.fresh('o')} = {n}*{name}.total;")
 
     def _given(self) -> None:
         """A part that asks which of its values it is given."""

@@ -18,7 +18,7 @@ static unsigned draw(unsigned n)
 
 static int told, complaints;
 
-/* 0 is OK, 2 Discard: a message is no warning. */
+/* 0 is OK, 2 Discard: a message is not a warning. */
 static void hear(int status, const char *category, const char *message)
 {
     if (status == 1 || !category || !message || !*message) exit(3);

@@ -14,9 +14,8 @@ from msgspec.structs import replace
 
 from mechc.api import loads
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import check_package
+from mechc.compiler.targets.fmu.checks import check_package, native_motion
 from mechc.compiler.targets.fmu.export import Made
-from mechc.compiler.targets.fmu.native_motion import native_motion
 from mechc.fmu.export import FmuOptions, fmu_packages
 from mechc.lang.diagnostics import CompileError
 from mechc.runtime.native.build import find_compiler

@@ -15,7 +15,7 @@ from fmu_models import DRIVEN, packed, put, references, restore, save, states, w
 from msgspec.structs import replace
 
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.native_motion import native_motion
+from mechc.compiler.targets.fmu.checks import native_motion
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime.inputs import constant
 from mechc.runtime.integrate.solver import Solver

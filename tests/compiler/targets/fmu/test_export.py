@@ -17,9 +17,8 @@ from fmu_models import DRIVEN, EXAMPLES, derivative, packed, put, restore, save
 
 from mechc.api import load, loads
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import check_package
+from mechc.compiler.targets.fmu.checks import check_package, native_motion
 from mechc.compiler.targets.fmu.export import Made, Package
-from mechc.compiler.targets.fmu.native_motion import native_motion
 from mechc.compiler.targets.fmu.variables import Start
 from mechc.fmu.export import FmuOptions, export_fmu
 from mechc.runtime.native.build import find_compiler

@@ -26,10 +26,9 @@ from mechc.api import load, loads
 from mechc.cli.main import run as main
 from mechc.compiler.equations.needs import EVERYTHING
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import check_package
+from mechc.compiler.targets.fmu.checks import check_package, native_motion
 from mechc.compiler.targets.fmu.export import make_package, start_of
 from mechc.compiler.targets.fmu.inspect import inspect
-from mechc.compiler.targets.fmu.native_motion import native_motion
 from mechc.compiler.targets.fmu.reference import parse_reference, read_reference
 from mechc.fmu.account import account
 from mechc.fmu.documents import native_run, reference
@@ -511,9 +510,9 @@ def test_a_file_that_is_no_fmu(tmp_path: Path, capsys: pytest.CaptureFixture[str
     path = tmp_path / "m.fmu"
     path.write_text("nothing", encoding="utf-8")
     assert main(["fmu", "check", str(path)]) == 1
-    assert "the file is no FMU" in capsys.readouterr().out
+    assert "the file is not an FMU" in capsys.readouterr().out
     assert main(["fmu", "run", str(path)]) == 2
-    assert "is no FMU" in capsys.readouterr().err
+    assert "is not an FMU" in capsys.readouterr().err
 
 
 def test_the_files_of_every_method_are_found() -> None:

@@ -24,8 +24,7 @@ from fmu_models import (
 from numpy.typing import NDArray
 
 from mechc.compiler.targets.fmu import driver
-from mechc.compiler.targets.fmu.checks import by_another, native_error
-from mechc.compiler.targets.fmu.native_motion import native_motion
+from mechc.compiler.targets.fmu.checks import by_another, native_error, native_motion
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.runtime.native.build import find_compiler
 

@@ -17,6 +17,7 @@ import mechc
 from mechc.compiler.equations.model import Equations
 from mechc.compiler.pipeline import program_with
 from mechc.compiler.program import Program, ProgramFunction, lower, shared_bodies
+from mechc.compiler.program.loops.rolled import Loop
 from mechc.compiler.program.model import Literal, Load, Statement, Store
 from mechc.compiler.targets.c_loops import loops_of
 from mechc.compiler.targets.wasm import functions, straight
@@ -120,6 +121,45 @@ end Long;
     program = replace(program, functions=tuple(f for f in program.functions if f.name == "rhs"))
     assert loops_of(program)["rhs"].numbers
     compare(program, 0, 2)
+
+
+def test_what_an_iteration_leaves_to_the_next() -> None:
+    text = """
+function follow(Real x, Integer n) -> Real
+  var a = x;
+  var c = 1;
+  for i in 1:n loop
+    a := sqrt(a^2 + c*i/7)/(1 + a^2);
+    c := (c + x)/(1 + a);
+  end for;
+  return a - c;
+end follow;
+model Long
+  dimensionless;
+  coordinate Real x = 1;
+  kinetic 1/2*der(x)^2;
+  force follow(x, 1000) on x;
+end Long;
+"""
+    program = mechc.loads(text).compilation.program
+    program = replace(program, functions=tuple(f for f in program.functions if f.name == "rhs"))
+    assert any(len(i.carried) > 1 for i in loops_of(program)["rhs"].items if isinstance(i, Loop))
+    compare(program, 0, 2)
+
+
+def test_locals_are_used_again_in_loops(pairs: Program, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Browsers and wasmtime take no function with more than 50 000; two crates with friction had twice as many in their
+    Jacobian, and this had 702."""
+    counts = []
+    body = straight.FunctionWriter.body
+
+    def counted(writer: straight.FunctionWriter) -> bytes:
+        counts.append(len(writer.kinds))
+        return body(writer)
+
+    monkeypatch.setattr(straight.FunctionWriter, "body", counted)
+    linked(pairs, loaded(kernel_for("dop853", events=False)))
+    assert max(counts) < 50
 
 
 def test_a_workspace_that_is_too_large_for_the_stack(pairs: Program, monkeypatch: pytest.MonkeyPatch) -> None:
