@@ -28,8 +28,8 @@ MASK: Final = P
 _WINDOW: Final = 5
 _DYADIC: Final = 32
 """Angles of symbols are multiples of 2^32: halving them that often stays exact."""
-_MOST_TWOS: Final = 64
-"""Where an exponent holds more powers of two than that, too little of it is left modulo 2^127 to tell angles apart."""
+_MOST_DOUBLINGS: Final = 32
+"""A symbol whose angle is doubled more often has too little of it left modulo 2^127 to tell angles apart."""
 _ROUNDING: Final = Fraction(1, 1 << 51)
 _FAR: Final = 1 << 24
 """Multiples of pi above it are not turns: one rounding takes them too far."""
@@ -52,25 +52,28 @@ def of_fraction(c: Fraction) -> int:
 
 
 class Angle(NamedTuple):
-    """A linear function of symbols: ``free`` is its exponent, ``sincos_batch`` its constant part in units of pi.
+    """A linear function of symbols: ``free`` is its exponent, ``turns`` its constant part in units of pi.
 
-    Neither is reduced modulo a full turn: half of (a + b) must be half of a plus half of b.
+    Neither is reduced modulo a full turn: half of (a + b) must be half of a plus half of b. ``doublings``: how often the
+    symbol that is doubled most often is doubled.
     """
 
     free: Fraction | int
     turns: Fraction | int = 0
+    doublings: int = 0
 
     def __add__(self, other: Angle) -> Angle:  # type: ignore[override]
-        return Angle(self.free + other.free, self.turns + other.turns)
+        return Angle(self.free + other.free, self.turns + other.turns, max(self.doublings, other.doublings))
 
     def __sub__(self, other: Angle) -> Angle:
-        return Angle(self.free - other.free, self.turns - other.turns)
+        return Angle(self.free - other.free, self.turns - other.turns, max(self.doublings, other.doublings))
 
     def __neg__(self) -> Angle:
-        return Angle(-self.free, -self.turns)
+        return Angle(-self.free, -self.turns, self.doublings)
 
     def scaled(self, factor: Fraction) -> Angle:
-        return Angle(_integer(self.free * factor), _integer(self.turns * factor))
+        doublings = self.doublings + _twos(factor.numerator) - _twos(factor.denominator)
+        return Angle(_integer(self.free * factor), _integer(self.turns * factor), doublings)
 
     def exponent(self) -> int | None:
         """Return the exponent of the point on the circle, None if the group has no such point.
@@ -85,8 +88,8 @@ class Angle(NamedTuple):
 
     @property
     def is_lost(self) -> bool:
-        """Whether scaling has left too little of it: nothing of what a symbol over pi^2 stands for, the square of a double."""
-        return self.free.numerator & ((1 << _MOST_TWOS) - 1) == 0 and self.free != 0
+        """Whether scaling has left too little of a symbol: nothing of one over pi^2, the square of a double."""
+        return self.doublings >= _MOST_DOUBLINGS and self.free != 0
 
 
 def symbol_angle(name: str, seed: int) -> Angle:
@@ -116,6 +119,11 @@ def half_turns(c: Fraction) -> Fraction | None:
     """Return the multiple r of pi that c is up to rounding, with 24 r an integer; None if it is none."""
     r = Fraction(round(c / _PI * 24), 24)
     return r if abs(r) <= _FAR and abs(c - r * _PI) <= _ROUNDING * abs(c) else None
+
+
+def _twos(n: int) -> int:
+    """Return how often two divides a number; 0 for zero."""
+    return (n & -n).bit_length() - 1 if n else 0
 
 
 def _integer(x: Fraction) -> Fraction | int:

@@ -15,7 +15,6 @@ from random_models.twins import Twin
 from slow_params import slow_but
 
 KNOWN: dict[int, str] = {
-    135: "not looked into: an unknown output of a composed twin is another one by 0.3 %",
     143: "not looked into: a start with tabled inputs is not that by definition",
 }
 """Seeds that disagree today, with the reason."""

@@ -85,6 +85,16 @@ def test_angles_of_any_factor_stay_apart(factor: Fraction) -> None:
     assert found == pytest.approx([f(v) for v in values for f in (math.sin, math.cos)], abs=1e-15)
 
 
+def test_no_part_of_an_angle_vanishes() -> None:
+    """A factor with many twos takes what is divided by them back, and would lose what stands beside it."""
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")
+    many = Fraction(2) ** 112
+    inner = graph.add(graph.mul(graph.constant(1 / many), x), graph.atan(y))
+    angle = graph.mul(graph.constant(many / 3), inner)
+    assert graph.cos(angle) != graph.cos(graph.div(x, graph.constant(3)))
+
+
 @pytest.mark.parametrize("value", [1e13, 1e16, 3e20])
 def test_large_constants_are_no_turns(value: float) -> None:
     """One rounding of them is as far as from one sixth of a turn to the next."""
