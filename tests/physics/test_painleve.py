@@ -69,6 +69,12 @@ def test_one_is_found_two_are_refused_and_none_is_an_impact(rod: mechc.Model) ->
             then[1] += c * w  # the foot begins without a velocity up
             found = [solution[name][-1] for name in ("der(x)", "der(y)", "der(a)")]
             assert np.allclose(found, then, rtol=1e-4, atol=1e-4)
+            assert [(e.time, e.kind, e.value) for e in solution.events[:1]] == [(0, "impact", 0)]
+            # of what the motion at the start has, the run loses what the impulses took
+            first = np.array([speed, c * w, w])
+            gone = (first**2 - then**2) @ [1, 1, inertia] / 2
+            assert solution["energy.dissipated"][-1] == pytest.approx(gone, rel=1e-3)
+            assert solution["der(x)"][0] == speed
         elif case == "two":
             assert solution.outcome is Outcome.FAILED
             assert "no solution, or more than one" in solution.message

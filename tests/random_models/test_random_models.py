@@ -14,9 +14,7 @@ from random_models.tree import E, Model, map_expression
 from random_models.twins import Twin
 from slow_params import slow_but
 
-KNOWN: dict[int, str] = {
-    143: "not looked into: a start with tabled inputs is not that by definition",
-}
+KNOWN: dict[int, str] = {}
 """Seeds that disagree today, with the reason."""
 _EXPORTS = ("exports", "units")
 _MOTIONS = ("motion", "motions of twins", "twins")

@@ -7,6 +7,7 @@
 #include "contact_projection.h"
 #include "contact_rests.h"
 #include "energy.h"
+#include "journal.h"
 #include "near_rows.h"
 #include "contact_lcp.h"
 #include "surface_friction.h"
@@ -487,6 +488,8 @@ static int search(mech_solver *s, int ends)
 static int shock(mech_solver *s)
 {
     if (!mech_contact_cones_shock(s)) return 0;
+    for (int i = 0; i < s->events->n_rows; i++)
+        if (mech_row_of(s, i)->kind == MECH_CONTACT && s->events->impulse[i] > 0) mech_journal_note(s, MECH_IMPACT, i, 0);
     mech_rows_apply_impulses(s);
     s->events->counters[MECH_CROWD] = s->events->counters[MECH_STANDING] = s->events->counters[MECH_RATTLES] = 0;
     return 1;
