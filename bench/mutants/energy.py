@@ -141,12 +141,12 @@ BOOKS = (
     ),
     Fault(
         "books: what a potential changes by with time is left out",
-        edit(ENERGIES, "supplied = graph.sub(outer_power, drift)", "supplied = outer_power"),
+        edit(ENERGIES, "graph.add(graph.sub(outer_power, drift), graph.dot", "graph.add(outer_power, graph.dot"),
         models.WEAKER,
     ),
     Fault(
         "books: the flow of mass brings no energy",
-        edit(ENERGIES, "supplied = graph.add(supplied, graph.mul(rate, brought))", "pass"),
+        edit(ENERGIES, "graph.dot(moved, [brought for _, brought in joining])", "graph.zero"),
         models.TRAY,
     ),
     Fault(

@@ -44,19 +44,17 @@ def _named(page: str, folder: Path, stated: list[str]) -> list[str]:
 coloured: list[str] = []
 
 
-@event_priority(50)
 def _before_search(context: Any, /, *, page: Any, **_: object) -> None:
     """Give the search a page without the colours of its texts, which it takes as long to read past as all else."""
     coloured.append(page.content)
     page.content = COLOURS.sub("", page.content)
 
 
-@event_priority(-50)
 def _after_search(context: Any, /, *, page: Any, **_: object) -> None:
     page.content = coloured.pop()
 
 
-on_page_context = CombinedEvent(_before_search, _after_search)
+on_page_context = CombinedEvent(event_priority(50)(_before_search), event_priority(-50)(_after_search))
 
 
 def on_post_page(output: str, *, page: Any, config: Any) -> str:
