@@ -102,6 +102,19 @@ def test_pairs_of_shapes(monkeypatch: pytest.MonkeyPatch) -> None:
     check_same(one, each)
 
 
+def test_few_shapes_of_an_array_differ_in_numbers() -> None:
+    """The four walls of a bin: each is told by itself, and the balls are not formed one by one."""
+    text = SHAPES.replace("RADIUS", "2 cm").replace(
+        "frame slope = world * trans({4*d, 0 m}) * rot(80 deg);\nshape wall: Plane on slope;",
+        "frame side[k in 1:2] = world * trans({if k == 1 then 0 m else 4*d, 0 m}) * rot(90 deg*(2*k - 3));\n"
+        "shape Plane on side;",
+    )
+    text = text.replace("floor, wall", "floor, side")
+    model = mechc.loads(text.replace("16", "80"))
+    assert len(model.compilation.flat.contacts) < 10
+    assert model.simulate(**ALONE).outcome is Outcome.COMPLETED
+
+
 @pytest.mark.parametrize(
     ("extra", "gap"),
     [

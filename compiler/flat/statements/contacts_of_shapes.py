@@ -7,6 +7,7 @@ the options of a contact are those of the contacts in it, and others modify it, 
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 
 from msgspec import Struct
@@ -39,6 +40,9 @@ from ..values.evaluate import elements
 from .contact_families import PairsOfShapes, kind_of_shape, numbers_in
 from .loads import CONTACT_OPTIONS
 from .set_shapes import canonical, components, defined, make_shapes, shapes_of
+
+APART = 8
+"""So few shapes of an array may each be one side of a family: walls on an array of frames differ in numbers."""
 
 
 def make(member: ComponentMember) -> None:
@@ -135,21 +139,22 @@ def _pairs(member: ComponentMember) -> list[tuple[_Pair, PairsOfShapes | None]]:
     number = {id(s): k for k, s in enumerate(shapes.all)}
     sought = [(number[id(b)], b, b.body, id(b.instance.cls)) for b in others]
     touching, span = scope.flattening.touching, statement.span
-    found: set[int] = set()
     rows: list[tuple[SetShape, list[SetShape]]] = []
     for a in first:
         touched: list[SetShape] = []
         one, body, cls = number[id(a)], a.body, id(a.instance.cls)
         for other, b, its_body, its_cls in sought:
+            if body == its_body:
+                continue
             key = one * len(number) + other if one < other else other * len(number) + one
-            if body == its_body or key in found:
+            before = len(touching)
+            if touching.setdefault(key, span) is not span:
+                raise _touch_already(scope, span, touching[key], a, b)
+            if len(touching) == before:  # this statement has it
                 continue
             if (cls, its_cls) not in known:
                 known[cls, its_cls] = _part_for(scope, statement, a.instance.cls, b.instance.cls)
-            found.add(key)
             touched.append(b)
-            if touching.setdefault(key, span) is not span:
-                raise _touch_already(scope, span, touching[key], a, b)
         rows.append((a, touched))
     place = _places((*first, *others))
     families = _families(scope, statement, rows, place)
@@ -162,7 +167,7 @@ def _pairs(member: ComponentMember) -> list[tuple[_Pair, PairsOfShapes | None]]:
                 continue
             part, turned = known[id(a.instance.cls), id(b.instance.cls)]
             pairs.append((_Pair(part, (b, a) if turned else (a, b), f"{a.name}-{b.name}"), family))
-    if not found:
+    if not pairs:
         raise scope.fail(
             "E0733",
             "no two of these shapes can touch: all are fixed to one another",
@@ -177,9 +182,11 @@ def _pairs(member: ComponentMember) -> list[tuple[_Pair, PairsOfShapes | None]]:
 
 
 def _places(shapes: Iterable[SetShape]) -> dict[int, int]:
-    """Return a number of where each shape is stated, the same for all of an array, by their identities."""
-    numbers: dict[Span | None, int] = {}
-    return {id(s): numbers.setdefault(s.instance.made_at, len(numbers)) for s in shapes}
+    """Return a number of where each shape is stated, by their identities: the same for all of an array, if it is more than a few."""
+    stated = {id(s): s.instance.made_at for s in shapes}
+    many = {place for place, n in Counter(stated.values()).items() if n > APART}
+    numbers: dict[object, int] = {}
+    return {s: numbers.setdefault(place if place in many else s, len(numbers)) for s, place in stated.items()}
 
 
 def _families(
