@@ -179,10 +179,11 @@ def text(part: Part, frames: Sequence[str], size: int) -> str:
     inertia = "1 kg.m^2" if size == 2 else "identity(3)*(1 kg.m^2)"
     free = [end for end in ends if end not in bound]
     bound = {end: pose for end, pose in bound.items() if not re.search(rf"\b{end} = ", "".join(given))}
+    joint = "Free" if part.all(ast.Constraint) else "Translation"  # only a constraint may turn an end
     for end, pose in zip(free, POSES[size], strict=False):
         lines += [f"  frame at_{end};", f"  mass 1 kg at at_{end};", f"  inertia {inertia} on at_{end};"]
         if end not in placed:
-            lines.append(f"  S.Free free_{end}({pose} -> at_{end});")
+            lines.append(f"  S.{joint} held_{end}({pose} -> at_{end});")
         bound[end] = f"at_{end}"
     if part.model.shape:
         lines.insert(1, f"import mech.{part.package}.*;")

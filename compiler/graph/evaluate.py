@@ -73,8 +73,9 @@ class Tape:
     def __call__(self, environment: Mapping[Node, Any]) -> dict[Node, Any]:
         """Return the values of the environment, of the outputs, and of all between them."""
         values = self._numbers(environment) | self._constants
+        read = values.__getitem__
         for n, function, arguments in self._steps:
-            values[n] = function(*[values[a] for a in arguments])
+            values[n] = function(*map(read, arguments))
         return values
 
     def settled(self, environment: Mapping[Node, Any]) -> Tape:

@@ -211,7 +211,7 @@ def _text(name: str) -> str:
 
 
 def _packed(data: bytes) -> str:
-    return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()
+    return base64.b64encode(gzip.compress(data, 6, mtime=0)).decode()
 
 
 def _script(name: str, data: Mapping[str, object]) -> str:

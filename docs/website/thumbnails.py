@@ -30,6 +30,5 @@ def write_thumbnail(solution: mechc.Solution, path: Path) -> None:
         loop=0,
         quality=70,
         method=2,
-        kmin=FRAMES - 1,
-        kmax=FRAMES,
+        kmax=0,
     )  # only the first frame is whole: half the time, two thirds of the size

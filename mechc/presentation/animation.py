@@ -102,7 +102,7 @@ def frames_of(painter: Painter) -> Iterator[Any]:
         texts = set(axes.get_children()) - still
         for text in texts if painter.bare else {*texts, painter.tell(f"{time:.3g}")}:
             text.draw(renderer)
-        yield Image.fromarray(np.asarray(canvas.buffer_rgba())).convert("RGB")
+        yield Image.frombytes("RGB", canvas.get_width_height(), canvas.buffer_rgba(), "raw", "RGBX")
         for text in texts:
             text.remove()
 

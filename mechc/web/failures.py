@@ -60,18 +60,21 @@ def failure_texts(problem: Problem) -> dict[str, str]:
     """Return texts by "status", "status:index", "status:index:part" and those with ":nan" or ":inf", the most special one
     counts. Blanks: @time@, @value@, @name@ (of the state or row with the index), @y3@ (of a state)."""
     texts: dict[str, str] = {}
+    y: Array = [_Blank(f"y{k}") for k in range(problem.ny)]  # type: ignore[assignment]
     for status in Status:
         if status >= 0 or status in REFUSED or (status <= Status.EVENT_LOOP and problem.hybrid is None):
             continue
-        texts |= _of_status(problem, status)
+        texts |= _of_status(problem, status, y)
     return texts
 
 
-def _of_status(problem: Problem, status: Status) -> dict[str, str]:
+def _of_status(problem: Problem, status: Status, y: Array) -> dict[str, str]:
     found: dict[str, str] = {}
     for key, report in _reports(problem, status):
-        text = _text(problem, status, report)
-        if text is not None and len(found) <= MOST:
+        if len(found) > MOST:
+            break
+        text = _text(problem, status, report, y)
+        if text is not None:
             if not found:
                 found[str(int(status))] = text
             elif text != next(found[less] for less in _less(key) if less in found):
@@ -107,9 +110,8 @@ def _parts(problem: Problem, status: Status, index: int) -> int:
     return {Status.CHATTER: 5, Status.EVENT_LOOP: 2}.get(status, 1)
 
 
-def _text(problem: Problem, status: Status, report: _Report) -> str | None:
+def _text(problem: Problem, status: Status, report: _Report, y: Array) -> str | None:
     """Return the text with a blank for the name to blame, None where the model has nothing that could fail so."""
-    y: Array = [_Blank(f"y{k}") for k in range(problem.ny)]  # type: ignore[assignment]
     try:
         failure = kernel_failure(problem, status, report, y)  # type: ignore[arg-type]
     except (AssertionError, IndexError):
