@@ -9,7 +9,7 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from ..native.build import BuildError, CompilerMissing
+from ..native.build import BuildError
 from ..native.contract import ModelStruct
 from ..outcome import SimulationError
 from ..problem import Problem
@@ -96,8 +96,6 @@ def find_lanes(
     check_asked(tables, reproducible)
     try:
         path = maker.make(wanted, stepped_by(method))
-    except CompilerMissing as missing:
-        raise NoLanes(str(missing)) from None
     except BuildError as error:
         raise NoLanes(f"their C was not compiled: {error.output.strip().splitlines()[0]}") from None
     library = ctypes.CDLL(str(path))

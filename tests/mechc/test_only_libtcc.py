@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 from scipy.special import ellipk
 
+from mechc.runtime.native import libtcc
 from mechc.runtime.native.build import BuildError, build_shared, find_compiler
 from mechc.runtime.native.libtcc import find_libtcc
 
@@ -262,6 +263,28 @@ def test_what_is_built_asks_for_the_c_library_itself(tmp_path: Path, monkeypatch
     function = ctypes.CDLL(str(file)).f
     function.restype, function.argtypes = ctypes.c_double, (ctypes.c_double,)
     assert function(0.5) == 42 + math.sin(0.5)
+
+
+def test_what_is_built_finds_the_c_library_in_this_process(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Where the system has no files that tell what a process has loaded."""
+
+    def missing(*_: object, **__: object) -> None:
+        raise FileNotFoundError
+
+    monkeypatch.setenv("CC", "libtcc")
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path))
+    monkeypatch.setattr(libtcc, "open", missing, raising=False)
+    libtcc._c_library.cache_clear()
+    try:
+        file = build_shared({"a.c": "#include <math.h>\ndouble f(double x) { return sin(x); }\n"}, ())
+    finally:
+        libtcc._c_library.cache_clear()
+    assert b"libm.so.6\0" not in file.read_bytes()
+    function = ctypes.CDLL(str(file)).f
+    function.restype, function.argtypes = ctypes.c_double, (ctypes.c_double,)
+    assert function(0.5) == math.sin(0.5)
 
 
 ENDS = """

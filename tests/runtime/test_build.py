@@ -283,6 +283,8 @@ def test_without_any_compiler(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -
         assert find_compiler() is None
         with pytest.raises(CompilerMissing, match="no C compiler was found"):
             build_shared(sources(1), model_flags())
+        with pytest.raises(CompilerMissing, match="no C compiler was found"):
+            built_once({}, model_flags(), lambda: build_shared(sources(1), model_flags()))
     finally:
         build._find_compiler.cache_clear()
         find_libtcc.cache_clear()

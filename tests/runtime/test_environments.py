@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import mechc
+from mechc.runtime.native.build import CompilerMissing
 from mechc.runtime.outcome import SimulationError
 
 ACROBOT = """\
@@ -337,7 +338,11 @@ def test_without_built_in_functions_of_python(
     models: dict[str, Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     usual = models["smooth"].env("20 ms")
-    monkeypatch.setattr("mechc.runtime.native.calls.library", lambda: None)
+
+    def missing() -> None:
+        raise CompilerMissing("no C compiler was found")
+
+    monkeypatch.setattr("mechc.runtime.native.calls.library", missing)
     plain = models["smooth"].env("20 ms")
     for env in (usual, plain):
         for k in range(5):
