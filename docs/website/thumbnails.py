@@ -11,7 +11,7 @@ from mechc.presentation.animation import frames_of
 from mechc.presentation.painting import Painter
 
 INCHES = (2.4, 1.8)
-FRAMES, MILLISECONDS = 30, 130
+FRAMES, MILLISECONDS = 24, 165
 STILL = FRAMES // 3
 """The frame that stands for the motion."""
 
