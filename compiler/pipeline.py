@@ -134,7 +134,9 @@ def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
 
 
 def _lowered(equations: Equations, parts: Collection[str]) -> Program:
-    program = lower(equations, hoist="constants" not in parts, formulas="formulas" in parts)
+    program = lower(
+        equations, hoist="constants" not in parts, formulas="formulas" in parts, loops="loops" in parts
+    )
     if "series" in parts:
         from .program.series import with_series
 

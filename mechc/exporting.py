@@ -210,7 +210,7 @@ def _module(model: CompiledModel, target: str) -> str:
             "mechc run --sensitivity differentiates through events; the targets c and fmu run them",
         )
     else:
-        program = model.program(model.compilation.parts | {"formulas"})
+        program = model.program(model.compilation.parts | written.parts)
     if not written.noise and any(
         type(s) is Operate and s.code == NORMAL for f in program.functions for body in f.bodies for s in body
     ):

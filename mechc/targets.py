@@ -12,7 +12,7 @@ class ModuleTarget(Struct, frozen=True):
     """``title``: what people call it; ``file``: pattern of its name, which is that of no library; ``emit``: the function that prints it,
     ``module:function`` of ``compiler/targets``, from a program and a ``Begin``; ``runs``: it runs the model, with what happens on the way,
     and else differentiates it, inputs that drive coordinates included; ``noise``: it has the whole numbers of 64 bits for that;
-    ``longest_table``: numbers of a table that it can hold."""
+    ``longest_table``: numbers of a table that it can hold; ``parts`` of the equations that its programs are made with."""
 
     title: str
     file: str
@@ -20,6 +20,7 @@ class ModuleTarget(Struct, frozen=True):
     runs: bool = False
     noise: bool = True
     longest_table: float = float("inf")
+    parts: frozenset[str] = frozenset()
 
     def emitter(self) -> Callable[..., str]:
         """Import the function that prints it; the others stay unread."""
@@ -31,7 +32,18 @@ class ModuleTarget(Struct, frozen=True):
 MODULES = {
     "python": ModuleTarget("Python", "{}.py", "python:emit_python", runs=True),
     "casadi": ModuleTarget(
-        "CasADi", "{}_casadi.py", "differentiable:emit_casadi", noise=False, longest_table=2000
+        "CasADi",
+        "{}_casadi.py",
+        "differentiable:emit_casadi",
+        noise=False,
+        longest_table=2000,
+        parts=frozenset(("formulas",)),
     ),
-    "jax": ModuleTarget("JAX", "{}_jax.py", "differentiable:emit_jax", noise=False),
+    "jax": ModuleTarget(
+        "JAX",
+        "{}_jax.py",
+        "differentiable:emit_jax",
+        noise=False,
+        parts=frozenset(("formulas", "loops")),
+    ),
 }

@@ -145,6 +145,9 @@ PARTS = {
         "its value is what steps find; libraries that differentiate programs read the formulas",
         studied=True,
     ),
+    "loops": BuiltPart(
+        "what steps find, by loops of a library", (), "the steps are written out", studied=True
+    ),
     "structure": BuiltPart(
         "factorisation of the mass matrix as a whole",
         (),

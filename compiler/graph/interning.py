@@ -19,12 +19,15 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence, Set
 from fractions import Fraction
 from itertools import compress
-from typing import Final, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from .dependence import Node, ReachCache, depends_on, few_reached, marked, marked_within, within
 from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
 from .table import Samples, Table
+
+if TYPE_CHECKING:
+    from .solution import Image, Part
 
 NONE: Final = Node(-1)
 """Fills the place of an argument that an operation does not have."""
@@ -66,6 +69,7 @@ class NodeStore:
         "minus_one",
         "one",
         "seed",
+        "solutions",
         "tables",
         "two",
         "zero",
@@ -77,6 +81,8 @@ class NodeStore:
         self.tables: list[Table | Samples] = []
         self.gradients: dict[tuple[Node, tuple[Node, ...]], list[Node]] = {}
         """Of a node, by some symbols: those that differentiate.py remembers."""
+        self.solutions: dict[Node, Part | Image] = {}
+        """How what ``derived(value, 0)`` stands for was found (solution.py)."""
         # one entry for each node
         self._code: list[int] = []
         self._left: list[Node] = []

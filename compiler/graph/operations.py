@@ -678,7 +678,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         jax=None,
         sympy=None,
     ),
-    # programs hold one of its arguments in its place (program/lower.py)
+    # programs hold one of its arguments in its place (program/lower.py), but for those that JAX differentiates (program/formulas.py)
     Operation(
         DERIVED,
         "derived",
@@ -692,7 +692,7 @@ OPERATIONS: Final[tuple[Operation, ...]] = (
         python=scalar_functions.derived,
         array=None,
         casadi=None,
-        jax=None,
+        jax="derived",
         sympy=scalar_functions.derived,
         ball=scalar_functions.derived,
     ),

@@ -7,6 +7,7 @@ from contextlib import suppress
 
 from . import operations as ops
 from .node import DivisionByZero, Graph, Node
+from .solution import remember_images
 
 
 def substitute(graph: Graph, outputs: Sequence[Node], replacements: Mapping[Node, Node]) -> list[Node]:
@@ -32,6 +33,8 @@ def _substituted(graph: Graph, outputs: Sequence[Node], replacements: Mapping[No
             new = tuple([images.get(a, a) for a in arguments])
             if new != arguments:
                 images[n] = rebuild(graph, n, graph, new)
+    if graph.solutions:
+        remember_images(graph, images, replacements)
     return [images.get(n, n) for n in outputs]
 
 

@@ -10,6 +10,7 @@ share most of their nodes). Sine and cosine of one argument stand side by side, 
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence, Set
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -31,11 +32,15 @@ from .model import (
     Operate,
     Program,
     ProgramFunction,
+    ProgramSolution,
     Statement,
     Store,
     Value,
     codes_of,
 )
+
+if TYPE_CHECKING:
+    from .formulas import SolutionPlan
 
 NARROW = frozenset(row.code for row in OPERATIONS if row.narrow)
 """Operations whose results may change within a small part of the range of what they are of, and tables."""
@@ -54,16 +59,26 @@ RUN_ONCE = ("initial", "initial_of_others", "discretes")
 """Functions that a run calls once, as those of the experiments: nothing is gained by hoisting from them."""
 
 
-def lower(equations: Equations, *, hoist: bool = True, formulas: bool = False) -> Program:
+def lower(
+    equations: Equations, *, hoist: bool = True, formulas: bool = False, loops: bool = False
+) -> Program:
     """Return the program of all functions of the equations, each one in a single body.
 
     ``hoist``: what depends on parameters alone is computed once for each run. ``formulas``: it can be differentiated, so that formulas
-    stand for values that have the derivatives of these (``Graph.derived``).
+    stand for values that have the derivatives of these (``Graph.derived``); ``loops``: and what they are formulas of is found by loops of
+    the target (``Program.solutions``).
     """
-    equations = _settled(equations, formulas)
+    solutions: Sequence[SolutionPlan] = ()
+    if formulas:
+        from .formulas import in_formulas
+
+        equations, solutions = in_formulas(equations, loops)
+    else:
+        equations = _settled(equations)
     graph, layout = equations.graph, equations.layout
+    solving = [f for s in solutions for f in (s.guess, s.rows)]
     once = {*RUN_ONCE, *(e.function for e in equations.experiments)}
-    repeated = [n for f in equations.functions if f.name not in once for n in f.outputs]
+    repeated = [n for f in (*equations.functions, *solving) if f.name not in once for n in f.outputs]
     hoisted = hoistable(graph, layout, repeated) if hoist else []
     n_parameters = len(equations.parameters)
     constants = {n: n_parameters + i for i, n in enumerate(hoisted)}
@@ -72,7 +87,9 @@ def lower(equations: Equations, *, hoist: bool = True, formulas: bool = False) -
         _plan(f, {} if f.name in once else constants, state if f.name in equations.actions else {})
         for f in equations.functions
     ]
+    plans += [_plan(f, constants, {}) for f in solving]
     parameters, *functions = _lowered(graph, layout, [_parameters(equations, constants), *plans])
+    functions, solved = functions[: len(equations.functions)], functions[len(equations.functions) :]
     return Program(
         **interface_of(equations, CompilerInterface)
         | {
@@ -85,25 +102,31 @@ def lower(equations: Equations, *, hoist: bool = True, formulas: bool = False) -
         tables=tuple(graph.tables),
         parameters_function=parameters,
         functions=tuple(functions),
+        solutions=tuple(
+            ProgramSolution(
+                guess, rows, layout[s.symbols[0]].index, len(s.symbols), s.places, s.needs, s.inner
+            )
+            for s, guess, rows in zip(solutions, solved[::2], solved[1::2], strict=True)
+        ),
     )
 
 
 def lower_functions(equations: Equations, program: Program, functions: Sequence[Function]) -> Program:
     """Return a program of other functions of the same arguments alone, which hoist nothing."""
     graph = equations.graph
-    plain = _chosen(graph, [n for f in functions for n in f.outputs], formulas=False)
+    plain = _chosen(graph, [n for f in functions for n in f.outputs])
     functions = [replace(f, outputs=tuple(plain[n] for n in f.outputs)) for f in functions]
     made = _lowered(graph, equations.layout, [_plan(f, {}, {}) for f in functions])
     return replace(program, tables=tuple(graph.tables), functions=tuple(made), switching=None)
 
 
-def _settled(equations: Equations, formulas: bool) -> Equations:
-    """Return the equations without nodes whose value and derivatives are those of two others."""
+def _settled(equations: Equations) -> Equations:
+    """Return the equations with values in place of nodes that have the derivatives of others."""
     outputs = [n for f in equations.functions for n in f.outputs]
     outputs += [rule.value for rule in equations.parameter_rules]
     if not equations.graph.reached_with(outputs, {DERIVED}):
         return equations
-    chosen = _chosen(equations.graph, outputs, formulas)
+    chosen = _chosen(equations.graph, outputs)
     return replace(
         equations,
         functions=tuple(replace(f, outputs=tuple(chosen[n] for n in f.outputs)) for f in equations.functions),
@@ -111,12 +134,11 @@ def _settled(equations: Equations, formulas: bool) -> Equations:
     )
 
 
-def _chosen(graph: Graph, outputs: Sequence[Node], formulas: bool) -> dict[Node, Node]:
-    """Return what stands for each output: values, or formulas with their derivatives, but for those that count as constants."""
+def _chosen(graph: Graph, outputs: Sequence[Node]) -> dict[Node, Node]:
+    """Return what stands for each output: values, without formulas of their derivatives."""
     known: dict[Node, Node] = {}
     for n in sorted(graph.having(graph.reach(outputs), {DERIVED})):
-        value, formula = graph.args(n)
-        (known[n],) = substitute(graph, [formula if formulas and formula != graph.zero else value], known)
+        (known[n],) = substitute(graph, [graph.args(n)[0]], known)
     return dict(zip(outputs, substitute(graph, outputs, known), strict=True))
 
 

@@ -247,6 +247,24 @@ class SeriesPlan(Struct, frozen=True):
     n_kept: int
 
 
+class ProgramSolution(Struct, frozen=True):
+    """Numbers that a target finds by steps: what makes rows vanish, near what ``guess`` gives. They lie in the array s, ``count`` of them from
+    ``begin`` on, and so do the unknowns on which ``rows`` are asked.
+
+    Both are functions of (t, y, u, p, s); ``rows`` gives as many numbers as there are rows, then the sum of the sizes of the terms of
+    each row, then the derivatives by unknowns of rows at ``places`` (row, unknown). ``needs``: the solutions, by index, that both functions
+    read, those of which this one is found excepted; ``inner``: those that read the unknowns, found for each value of these.
+    """
+
+    guess: ProgramFunction
+    rows: ProgramFunction
+    begin: int
+    count: int
+    places: tuple[tuple[int, int], ...]
+    needs: tuple[int, ...]
+    inner: tuple[int, ...]
+
+
 class Program(CompilerInterface, frozen=True, kw_only=True):
     """``parameters_function`` writes p in place: dependent parameters, then ``nh`` constants of the run after them.
     ``functions`` keep the order of the equations.
@@ -257,6 +275,8 @@ class Program(CompilerInterface, frozen=True, kw_only=True):
     functions: tuple[ProgramFunction, ...]
     series: SeriesPlan | None = None
     """None where no method asks for series, and where there are none (``no_series``)."""
+    solutions: tuple[ProgramSolution, ...] = ()
+    """Of what functions read in s, where steps are not written out (lower.py)."""
 
     @property
     def arrays(self) -> Mapping[str, tuple[Quantity, ...]]:

@@ -21,7 +21,7 @@ from .model import (
 from .series import padded
 from .show import line
 
-READABLE = ("t", "y", "u", "z", "p", "g")
+READABLE = ("t", "y", "u", "z", "p", "g", "s")
 
 
 def verify(program: Program) -> None:
@@ -32,6 +32,14 @@ def verify(program: Program) -> None:
     """
     for function in (program.parameters_function, *program.functions):
         _Check(program, function).run()
+    for k, solution in enumerate(program.solutions):
+        for function in (solution.guess, solution.rows):
+            _Check(program, function).run()
+        if not all(0 <= i < k for i in solution.inner):
+            raise Malformed(f"program, solution {k}", f"{solution.inner} are not found before")
+        rows, left = divmod(solution.rows.n_out - len(solution.places), 2)
+        if left or not all(0 <= i < rows and 0 <= j < solution.count for i, j in solution.places):
+            raise Malformed(f"program, solution {k}", f"derivatives at {solution.places} of {rows} rows")
 
 
 class _Check:
@@ -94,6 +102,8 @@ class _Check:
 
     def size(self, array: str) -> int:
         """Return how many numbers the function is given in an array."""
+        if array == "s":
+            return sum(s.count for s in self.program.solutions)
         series = self.program.series
         if self.function.name == SERIES_NEXT and series is not None:
             own = {"z": series.n_kept, "u": padded(series.n_slots) + 2}

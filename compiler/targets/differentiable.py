@@ -14,7 +14,7 @@ from msgspec.structs import replace
 from ..graph.operation import Operation, form_of
 from ..graph.operations import LOOKUP, OPERATIONS
 from ..program import Program, ProgramFunction
-from ..program.model import Literal, Load, Operate, Store, identifiers, operands_of
+from ..program.model import Literal, Load, Operate, ProgramSolution, Store, identifiers, operands_of
 from . import python_forms
 from .alone import check_nothing_found
 from .c_tables import FUNCTIONS as TABLE_FUNCTIONS
@@ -175,7 +175,10 @@ def emit_jax(program: Program, begin: Begin) -> str:
 def _lines(
     program: Program, library: DifferentiatingLibrary, begin: Begin, functions: Sequence[ProgramFunction]
 ) -> Iterator[str]:
-    statements = [s for f in (program.parameters_function, *functions) for body in f.bodies for s in body]
+    solving = [f for s in program.solutions for f in (s.guess, s.rows)]
+    whole = (program.parameters_function, *functions, *solving)
+    statements = [s for f in whole for body in f.bodies for s in body]
+    found = {(s.array, s.index) for s in statements if type(s) is Load and s.array == "s"}
     codes = {s.code for s in statements if type(s) is Operate}
     parts = dict(_parts(library))
     copied = [library.forms.copied[code] for code in sorted(codes & library.forms.copied.keys())]
@@ -196,7 +199,10 @@ def _lines(
             *TABLE_FUNCTIONS,
         )
     )
-    names = identifiers(program, reserved)
+    if program.solutions:
+        reserved |= {"s", "numbers", "solution", "solutions", *(f"{a}{i}" for a, i in found)}
+    names = dict(identifiers(program, reserved))
+    names |= {(a, i): f"{a}{i}" for a, i in found}
 
     yield from _docstring(program, library)
     yield "from __future__ import annotations\n"
@@ -224,10 +230,15 @@ def _lines(
     yield from function_lines(program.parameters_function, "p, given", library.forms.dialect, names)
     # where a line before makes arrays of what a function is given, it need not
     dialect = replace(library.forms.dialect, number="") if library.before else library.forms.dialect
+    if program.solutions:
+        yield from _solutions(program.solutions, dialect, names)
+        yield parts["where there are solutions"]
     for function in functions:
         if library.before:
             yield library.before
-        yield from function_lines(function, "t, y, u, p", dialect, names)
+        needed = _needed(function, program.solutions)
+        solved = f"solutions({needed}, t, y, u, p)" if needed else ""
+        yield from function_lines(function, "t, y, u, p", dialect, names, solved=solved)
     if library.collected:
         yield f"FUNCTIONS = {{{', '.join(f'{string(f.name)}: {f.name}' for f in functions)}}}\n\n"
     yield parts["from here"]
@@ -235,6 +246,34 @@ def _lines(
         yield parts.get("where there are energies", "")
     if program.constraints:
         yield parts.get("where there are constraints", "")
+
+
+def _solutions(
+    solutions: Sequence[ProgramSolution], dialect: Dialect, names: Mapping[tuple[str, int], str]
+) -> Iterator[str]:
+    """Yield what the common part finds solutions with: functions, and the table of them."""
+    for s in solutions:
+        solved = f"solutions({list(s.inner)}, t, y, u, p, s)" if s.inner else ""
+        yield from function_lines(s.guess, "t, y, u, p, s", dialect, names)
+        yield from function_lines(s.rows, "t, y, u, p, s", dialect, names, solved=solved)
+    yield "# from where, rows, how many, places of their derivatives (row, unknown), first index of what is found"
+    yield "SOLUTIONS = ["
+    for s in solutions:
+        count = (s.rows.n_out - len(s.places)) // 2
+        yield f"    ({s.guess.name}, {s.rows.name}, {count}, {list(s.places)}, {s.begin}),"
+    yield "]\n\n"
+
+
+def _needed(function: ProgramFunction, solutions: Sequence[ProgramSolution]) -> list[int]:
+    """Return the solutions, by index, that a function reads, and those that these do, in the order in which they are found."""
+    of = {s.begin + i: k for k, s in enumerate(solutions) for i in range(s.count)}
+    pending = [of[s.index] for body in function.bodies for s in body if type(s) is Load and s.array == "s"]
+    found: set[int] = set()
+    while pending:
+        if (k := pending.pop()) not in found:
+            found.add(k)
+            pending += solutions[k].needs
+    return sorted(found)
 
 
 def _last(name: str) -> str:

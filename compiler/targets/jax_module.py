@@ -17,6 +17,7 @@ PARAMETERS: list[tuple[str, str]] = []
 SETTINGS: dict[str, float] = {}
 ENERGIES: list[int] = []
 ROTATIONS: list[int] = []
+SOLUTIONS: list[Any] = []
 N_CONSTANTS = NQ = NV = 0
 
 
@@ -74,6 +75,108 @@ def element(values: tuple[float, ...], index: Any) -> Any:
 def cell(points: tuple[float, ...], x: Any) -> Any:
     """Return the index of the last point but one that is not above x."""
     return jnp.clip(jnp.searchsorted(jnp.array(points), x, side="right") - 1, 0, len(points) - 2) * 1.0
+
+
+# ---- copied where derived is called
+def derived(value: Any, formula: Any) -> Any:
+    """Return a value that counts as a constant: what depends on it has the derivatives of a formula."""
+    return jax.lax.stop_gradient(value)
+
+
+# ---- copied where there are solutions
+def solutions(wanted: list[int], t: Any, y: Any, u: Any, p: Any, known: Any = None) -> dict[int, Any]:
+    """Return what is found by steps, by index, beside what is known of it; with the derivatives of implicit functions."""
+    s: dict[int, Any] = dict(known or {})
+    for k in wanted:
+        guess, rows, count, places, begin = SOLUTIONS[k]
+        given, others = (t, y, u, p, s), dict(s)
+
+        def asked(given: Any, x: Any, rows: Any = rows, begin: int = begin) -> Any:
+            *first, s = given
+            return numbers(rows(*first, {**s, **{begin + i: x[i] for i in range(len(x))}}))
+
+        found = solution(numbers(guess(*given)), asked, (t, y, u, p, others), count, places)
+        s.update((begin + i, found[i]) for i in range(len(found)))
+    return s
+
+
+def numbers(values: list[Any]) -> Any:
+    """Return an array of 64-bit numbers."""
+    return jnp.stack([jnp.asarray(x, jnp.float64) for x in values])
+
+
+def solution(guess: Any, rows: Any, given: Any, count: int, places: list[tuple[int, int]]) -> Any:
+    """Return what makes rows vanish, by Newton's method with steps that are shortened where the next one would not be shorter; not numbers
+    where none is found (P. Deuflhard, Newton Methods for Nonlinear Problems, Springer 2004, section 3.3)."""
+    fixed = jax.lax.stop_gradient(given)
+    i, j = (jnp.array(k) for k in zip(*places, strict=True))
+    unknowns = len(guess)
+    alone = count == unknowns == 1
+
+    def at(x: Any, largest: Any) -> Any:
+        found, largest = rows(fixed, x), jnp.maximum(largest, abs(x))
+        slopes = found[2 * count :]
+        sizes = found[count : 2 * count].at[i].add(abs(slopes) * largest[j])
+        return x, found[:count], slopes, sizes, largest
+
+    def scaled(point: Any) -> Any:
+        _, _, slopes, sizes, _ = point
+        size = jnp.where(sizes > 0.0, sizes, 1.0)
+        return jnp.zeros((count, unknowns)).at[i, j].set(slopes / size[i]), size
+
+    def solved(point: Any, rest: Any) -> Any:
+        if alone:
+            return -rest / point[2]
+        matrix, size = scaled(point)
+        right = -rest / size
+        if count > unknowns:
+            matrix, right = matrix.T @ matrix, matrix.T @ right
+        return jnp.linalg.solve(matrix, right)
+
+    def nearer(tried: Any, point: Any, step: Any) -> Any:
+        if alone:
+            return abs(tried[1][0]) < abs(point[1][0])
+        size = jnp.where(tried[4] > 0.0, tried[4], 1.0)
+        return ((solved(point, tried[1]) / size) ** 2).sum() < ((step / size) ** 2).sum()
+
+    def ended(point: Any, step: Any, scale: Any) -> Any:
+        x, rest, _, sizes, largest = point
+        small = (abs(step) <= 1e-9 * jnp.maximum(abs(x), 1e-5 * largest)).all()
+        if count > unknowns:
+            return small & (abs(rest) <= 1e-9 * sizes).all()
+        still = (abs(step) <= 1e-13 * scale).all()
+        return small | still & (abs(rest) <= 1e-15 * sizes).all()
+
+    def find(_: Any, guess: Any) -> Any:
+        begin = at(guess, abs(guess))
+        scale = jnp.full(unknowns, jnp.inf).at[j].min(begin[3][i] / abs(begin[2]))
+
+        def going(state: Any) -> Any:
+            k, _, _, _, end = state
+            return (k < 30) & ~end
+
+        def go(state: Any) -> Any:
+            k, point, fraction, _, _ = state
+            step = solved(point, point[1])
+            tried = at(point[0] + fraction * step, point[4])
+            better = nearer(tried, point, step)
+            kept = tuple(jnp.where(better, a, b) for a, b in zip(tried, point, strict=True))
+            fraction = jnp.where(better, jnp.minimum(1.0, 2.0 * fraction), 0.25 * fraction)
+            return k + 1, kept, fraction, point[0] + step, ended(point, step, scale)
+
+        _, _, _, found, end = jax.lax.while_loop(going, go, (0, begin, 1.0, guess, False))
+        return jnp.where(end, found, jnp.nan)
+
+    def vanishing(x: Any) -> Any:
+        end = at(jax.lax.stop_gradient(x), jax.lax.stop_gradient(abs(x)))
+        matrix, size = jax.lax.stop_gradient(scaled(end))
+        rest = rows(given, x)[:count] / size
+        return matrix.T @ rest if count > unknowns else rest
+
+    def solve(linear: Any, right: Any) -> Any:
+        return jnp.linalg.solve(jax.jacobian(linear)(right), right)
+
+    return jax.lax.custom_root(vanishing, jax.lax.stop_gradient(guess), find, solve)
 
 
 # ---- copied from here

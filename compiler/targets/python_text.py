@@ -23,9 +23,11 @@ def function_lines(
     identifiers: Mapping[tuple[str, int], str],
     inputs: int = 0,
     states: int = 0,
+    solved: str = "",
 ) -> Iterator[str]:
     """Yield one function; it reads sequences and returns a list. One of ``p, given`` completes p. ``inputs``: how many there
-    are, after which lies what some functions are given; ``states``: how many there are."""
+    are, after which lies what some functions are given; ``states``: how many there are;
+    ``solved``: what finds the solutions that it reads."""
     (body,) = function.bodies
     results: dict[int, str] = {}
     completes = arguments == "p, given"
@@ -38,8 +40,10 @@ def function_lines(
         yield f"    p = [{number}(x) for x in p]" if number else "    p = list(p)"
         names = {(a, i): f"{a}[{i}]" for a, i in _loads(body)}
     else:
+        if solved:
+            yield f"    s = {solved}"
         names = {load: identifiers[load] for load in _loads(body)}
-        for load in sorted(names, key=lambda load: ("tyuzpg".index(load[0]), load[1])):
+        for load in sorted(names, key=lambda load: ("tyuzpgs".index(load[0]), load[1])):
             array, index = load
             if array != "t":
                 place = f"u[{inputs + index}]" if array == "g" else f"{array}[{index}]"

@@ -22,6 +22,7 @@ from .. import operations as ops
 from ..differentiate import jacobian
 from ..node import Graph, Node
 from ..rewrite import substitute
+from ..solution import Part, Solution
 from .eliminate import solve
 
 STEPS = 30
@@ -85,6 +86,9 @@ def newton(
     else:
         result = system.shortened(tuple(guess))
     formulas = tuple(graph.derived(n, graph.zero) for n in result)
+    solution = system.solution(tuple(guess))
+    for k, n in enumerate(formulas):
+        graph.solutions.setdefault(n, Part(solution, k))
     for _ in range(1 if system.alone else polish):
         last = system.at(formulas, tuple(map(graph.abs, formulas)))
         formulas = tuple(map(graph.add, formulas, system.step(last)))
@@ -123,6 +127,11 @@ class _System:
         self.linear = not any(
             symbols & set(graph.support(slope)) for row in self.slopes for slope in row.values()
         )
+
+    def solution(self, guess: Nodes) -> Solution:
+        """Return what is solved, for programs that repeat steps in a loop."""
+        number, terms = len(self.graph.solutions), tuple(map(tuple, self.terms))
+        return Solution(number, tuple(self.unknowns), guess, tuple(self.rows), tuple(self.slopes), terms)
 
     def plainly(self, point: _Point) -> tuple[Node, Nodes]:
         """Return whether whole steps become small soon, and what they lead to: the solution, or the last point of those that came nearer."""
@@ -168,7 +177,7 @@ class _System:
             longer = graph.minimum(graph.one, graph.mul(graph.two, fraction))
             fraction = graph.select(better, longer, graph.mul(graph.mul(graph.half, graph.half), fraction))
             point = self.chosen(better, tried, point)
-        nowhere = graph.acos(graph.add(graph.two, graph.abs(point.values[0])))
+        nowhere = undefined(graph, point.values[0])
         result: Nodes = (nowhere,) * len(guess)
         for small, end in reversed(found):
             result = tuple(graph.select(small, a, b) for a, b in zip(end, result, strict=True))
@@ -278,7 +287,7 @@ class _System:
     def checked(self, values: Nodes, small: Node) -> Nodes:
         """Return the values where they are a solution, else no numbers."""
         graph = self.graph
-        nowhere = graph.acos(graph.add(graph.two, graph.abs(values[0])))
+        nowhere = undefined(graph, values[0])
         return tuple(graph.select(small, x, nowhere) for x in values)
 
     def step(self, point: _Point) -> Nodes:
@@ -303,6 +312,11 @@ class _System:
             columns = list(zip(*rows, strict=True))
             rows = [[graph.dot(columns[i], columns[j]) for j in range(count + 1)] for i in range(count)]
         return pivoted(graph, rows)
+
+
+def undefined(graph: Graph, x: Node) -> Node:
+    """Return what is not a number whatever a number is: no constant, which would be computed before the run."""
+    return graph.acos(graph.add(graph.two, graph.abs(x)))
 
 
 def pivoted(graph: Graph, rows: list[list[Node]]) -> Nodes:

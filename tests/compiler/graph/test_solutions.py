@@ -11,7 +11,7 @@ from mechc.compiler.graph import Graph, Node
 from mechc.compiler.graph.differentiate import jvp, vjp
 from mechc.compiler.graph.elimination.newton import newton
 from mechc.compiler.graph.evaluate import evaluate
-from mechc.compiler.program.lower import _chosen
+from mechc.compiler.program.formulas import Formulas
 
 
 def forward(g: Graph, n: Node, s: Node) -> Node:
@@ -64,11 +64,11 @@ def test_derivatives_of_two_unknowns() -> None:
 
 
 def test_what_libraries_differentiate_has_the_same_derivatives() -> None:
-    """The formulas that programs for CasADi and JAX hold, differentiated step by step as these do, even from the solution itself."""
+    """The formulas that programs for CasADi hold, differentiated step by step as it does, even from the solution itself."""
     g = Graph()
     s, guess, x = (g.symbol(c) for c in ("s", "guess", "x"))
     (n,) = newton(g, [g.sub(g.add(g.power(x, 3), x), s)], [x], [guess], 2)
-    n = _chosen(g, [n], formulas=True)[n]
+    (n,) = Formulas(g, loops=False).of([n])
     with mpmath.workdps(50):
         for k in range(3):
             exact = mpmath.diff(lambda s: mpmath.findroot(lambda x: x**3 + x - s, 1), 2.0, k)

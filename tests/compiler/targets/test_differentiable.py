@@ -149,19 +149,98 @@ def springs(y: Any) -> Any:
     return np.array([v, -(x - b), *(np.linalg.solve(matrix, [0, 2]) * v)])
 
 
-def test_two_coordinates_without_mass(tmp_path: Path) -> None:
-    """Rates, and their derivatives by complex steps of what is solved by hand."""
-    made = exported(mechc.loads(SPRINGS), "casadi", tmp_path)
-    from casadi import SX, Function, jacobian
+UNKNOWNS = """
+model Unknowns
+  dimensionless;
+  parameter k = 2;
+  coordinate x = 1; coordinate a ~ 0.3;
+  output z ~ 1; equation z^3 + z = k + x;
+  output r ~ 1; output s ~ 1;
+  equation r*(2 + x^2) + s*x = k; equation r*x + 3*s = x^2;
+  output d ~ 1; equation d^3 = x^3; equation d^2 + d = x^2 + x;
+  kinetic der(x)^2;
+  potential 3/2*a^2 + a^4/4 + (x - a)^2;
+  force r - s + d^2 - z on x;
+  experiment(stop = 1);
+end Unknowns;
+"""
 
+
+def unknowns(values: Any) -> Any:
+    """Return the rates by hand: a and z by Newton's method, r and s of linear equations, d is x; then how a moves with x, and the power."""
+    x, v, a, _, k = values
+    z = x
+    for _ in range(12):
+        a -= (3 * a + a**3 - 2 * (x - a)) / (5 + 3 * a**2)
+        z -= (z**3 + z - k - x) / (3 * z**2 + 1)
+    r, s = np.linalg.solve([[2 + x**2, x], [x, 3.0]], [k, x**2])
+    force = r - s + x**2 - z
+    return np.array([v, (force - 2 * (x - a)) / 2, 2 * v / (5 + 3 * a**2), force * v])
+
+
+OF_UNKNOWNS = {"springs": (SPRINGS, springs), "unknowns": (UNKNOWNS, unknowns)}
+
+
+@LIBRARIES
+@pytest.mark.parametrize("name", ["springs", pytest.param("unknowns", marks=pytest.mark.slow)])
+def test_derivatives_of_what_is_found_together(name: str, library: str, tmp_path: Path) -> None:
+    """Two coordinates without mass; one beside an unknown, linear unknowns, and more equations than unknowns. Rates and their
+    derivatives forward and backward, by states and by a parameter, against complex steps of what is solved by hand. JAX gave NaN backward."""
+    (text, by_hand), n = OF_UNKNOWNS[name], 4
+    made = exported(mechc.loads(text), library, tmp_path)
     y = np.array(made.START) + np.array([0.1, 0.7, 0, 0])
-    exact = np.array([springs(y + 1e-30j * d).imag / 1e-30 for d in np.eye(4)]).T
-    found = of_library(made, "casadi", "rhs")(0.0, y, [])
-    np.testing.assert_allclose(found, springs(y), rtol=0, atol=3e-15)
-    s = SX.sym("y", 4)
-    p = [value_of(made, name) for name in made.INDEPENDENT]
-    slopes = Function("slopes", [s], [jacobian(made.functions()["rhs"](0.0, s, [], p), s)])
-    np.testing.assert_allclose(np.array(slopes(y)), exact, rtol=0, atol=1e-14)
+    at = np.array([*y, *(value_of(made, p) for p in made.INDEPENDENT)])
+    exact = np.array([by_hand(at + 1e-30j * d).imag / 1e-30 for d in np.eye(len(at))]).T
+    if library == "casadi":
+        from casadi import DM, SX, Function, jacobian, jtimes, vertcat
+
+        w = SX.sym("w", len(at))
+        rates = made.functions()["rhs"](0.0, w[:n], [], w[n:])
+        back = [jtimes(rates, w, DM(row), True).T for row in np.eye(n)]
+        value, *slopes = Function("all", [w], [rates, jacobian(rates, w), vertcat(*back)])(at)
+    else:
+        import jax
+
+        def rates(w: Any) -> Any:
+            given = dict(zip(made.INDEPENDENT, w[n:], strict=True))
+            return made.rhs(0.0, w[:n], np.zeros(0), made.all_parameters(given))
+
+        def every(w: Any) -> Any:
+            return rates(w), jax.jacfwd(rates)(w), jax.jacrev(rates)(w), jax.hessian(lambda w: rates(w)[1])(w)
+
+        several = np.array([at, at + 0.01])
+        (value, other), *slopes, bent = jax.jit(jax.vmap(every))(several)
+        slopes, bent = [found[0] for found in slopes], bent[0]
+        np.testing.assert_allclose(other, by_hand(several[1]), 0, 1e-14)
+        h = 1e-4
+        expected = [
+            (np.imag(by_hand(at + h * d + 1e-30j * e)) - np.imag(by_hand(at - h * d + 1e-30j * e)))[1]
+            for d in np.eye(len(at))
+            for e in np.eye(len(at))
+        ]
+        # differences of order two, of third derivatives near 1
+        np.testing.assert_allclose(np.ravel(bent), np.array(expected) / (2e-30 * h), 0, 1e-6)
+    np.testing.assert_allclose(np.array(value).ravel(), by_hand(at), rtol=0, atol=1e-14)
+    for found in slopes:
+        np.testing.assert_allclose(np.array(found), exact, rtol=0, atol=1e-14)
+
+
+def test_jax_says_where_nothing_is_found(tmp_path: Path) -> None:
+    """a^2 = x, of a state without a root beside others that have one."""
+    text = """
+    dimensionless;
+    coordinate x = 1;
+    output a ~ 1; equation a^2 = x;
+    kinetic 1/2*der(x)^2;
+    force -a on x;
+    experiment(stop = 1);
+    """
+    made = exported(mechc.loads(text), "jax", tmp_path)
+    import jax
+
+    states = np.array([[4.0, 0.0, 0.0], [-1.0, 0.0, 0.0], [9.0, 0.0, 0.0]])
+    found = jax.vmap(lambda y: made.rhs(0.0, y, np.zeros(0), made.all_parameters()))(states)
+    np.testing.assert_array_equal(np.array(found)[:, 1], [-2.0, np.nan, -3.0])
 
 
 LONG = ", ".join(f"{0.1 * k:.1f}" for k in range(-40, 41))
