@@ -28,6 +28,14 @@ def with_past(system: MechanicalSystem, solved: Solved, reporter: Reporter) -> S
     formulas: dict[Node, Node] = {}
     for n, delayed in delays.driven.items():
         (now,) = solved.resolve([delayed.source])
+        if any(graph.name(n).startswith("guess(") for n in graph.support(now)):
+            raise reporter.fail(
+                "E0581",
+                f"'{delayed.name}' cannot be delayed",
+                delayed.span,
+                caption="a nonlinear balance of forces gives it, solved from where it was, and its past is not kept",
+                help="give it a mass, or let a 'state' follow it and delay that",
+            )
         images = delays.images([now], delayed.delay, delayed.span, reporter)
         for symbol in images.values():
             if delays.found[symbol].source in solved.driven:
