@@ -32,6 +32,10 @@ SAME_INSTANT = 1e-13
 """Times that differ by less, as a share of the run, are not told apart."""
 FLAT = 1e6
 """Flatness of equations from which on two solutions are said to meet."""
+FLAT_END = 1e4
+"""Flatness from which on a run that failed may have done so in a fold: steps end at the root of what is left before it."""
+BEYOND = 1e-6
+"""How far behind the end of a run the solution is looked for, as a share of its time."""
 OWN_JUMP = 1e-6
 """Residual, as a share of its terms, that shows that the equations themselves have jumped."""
 MOST_JUMPS = 20
@@ -183,6 +187,29 @@ class _Follower:
         """Tell whether solutions that are all close together are the same: by their distance to each other."""
         apart = float(np.max(np.abs(x - y) / self.system.largest))
         return apart <= NEAR * max(float(np.max(np.abs(v - w) / self.system.largest)) for v, w in ((x, beside), (y, beside)))  # fmt: skip
+
+
+def end_of(system: RunSystem, points: Sequence[JumpPoint]) -> Jump | None:
+    """Find whether a run that failed did so where the solution ends: there it is flat, and none is near in the direction of the motion."""
+    last = points[-1]
+    earlier = last.at.t - BEYOND * (last.at.t - points[0].at.t)
+    before = next((p for p in reversed(points) if p.at.t < earlier), None)
+    if (
+        before is None
+        or not np.isfinite(last.values).all()
+        or system.flatness(system.look(last.at, last.values), last.values) < FLAT_END
+    ):
+        return None
+    follower = _Follower(system, lambda t: (np.empty((0, 0)), None), 1.0)
+    share = (last.at.t - earlier) / (last.at.t - before.at.t)
+    t = last.at.t + share * (last.at.t - before.at.t)
+    at = system.place(t, last.at.y + share * (last.at.y - before.at.y), last.at.z)
+    beyond = JumpPoint(at, system.reported(at))
+    if np.isfinite(beyond.values).all() or follower._kind(last, beyond) is not JumpKind.FOLD:
+        return None
+    names = tuple(q.name for q in system.quantities)
+    nowhere = (float("nan"),) * len(names)
+    return Jump(JumpKind.FOLD, names, last.at.t, tuple(map(float, last.values)), nowhere)
 
 
 def follow(system: RunSystem, points: Sequence[JumpPoint], states_at: StatesAt) -> Followed:

@@ -9,7 +9,7 @@ import numpy as np
 from ..case import Case
 from ..integrate.trajectory import DenseOutput
 from ..problem import Array
-from .branch_jumps import Jump, JumpPoint, follow
+from .branch_jumps import Jump, JumpPoint, end_of, follow
 from .further_solutions import Several, several_at
 from .systems import RunSystem, StatesAt, systems_of
 
@@ -23,8 +23,9 @@ def look_along(
     rows: tuple[Array, Array, Array | None],
     dense: Callable[[Array], Array] | None,
     states_at: StatesAt,
+    failed: bool = False,
 ) -> tuple[tuple[Jump, ...], tuple[Several, ...], tuple[tuple[tuple[str, ...], float], ...]]:
-    """Give the jumps, the further solutions, and the outputs that jump too often with the time until which they were followed."""
+    """``failed``: the last row is where the run ended, and not where it should. Give the jumps, the further solutions, and the outputs that jump too often with the time until which they were followed."""
     jumps: list[Jump] = []
     several: list[Several] = []
     given_up: list[tuple[tuple[str, ...], float]] = []
@@ -38,6 +39,9 @@ def look_along(
             several += [] if found is None else [found]
             followed = follow(system, points, states_at)
             jumps += followed.jumps
+            told = any(not np.isfinite(jump.after).all() for jump in followed.jumps)
+            end = end_of(system, points) if failed and not told else None
+            jumps += [] if end is None else [end]
             if followed.until is not None:
                 given_up.append((tuple(q.name for q in system.quantities), followed.until))
     return tuple(jumps), tuple(several), tuple(given_up)

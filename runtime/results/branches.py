@@ -56,6 +56,7 @@ def branches_of(
     rows: tuple[Array, Array, Array | None],
     dense: Callable[[Array], Array] | None,
     states_at: StatesAt,
+    failed: bool,
 ) -> Callable[[], Branches] | None:
     """Give what looks at the outputs that equations determine along the ``rows`` (times, states, discrete variables) of a run;
     None where there are none. Between rows it looks at the steps, so that the spacing of results changes nothing."""
@@ -65,7 +66,7 @@ def branches_of(
     def look() -> Branches:
         from .branch_search import look_along
 
-        return Branches(*look_along(case, rows, dense, states_at))
+        return Branches(*look_along(case, rows, dense, states_at, failed))
 
     return look
 

@@ -402,6 +402,26 @@ def test_a_solution_that_ends_is_told() -> None:
     assert any("two solutions meet" in remark or "ends there" in remark for remark in solution.remarks)
 
 
+@pytest.mark.parametrize(
+    ("statements", "end"),
+    [
+        ("output z ~ -1; equation z^3 - z = x; force 1e-4*z on x;", 0.3849),
+        ("coordinate z ~ -1; potential z^4/4 - z^2/2 - x*z;", 0.4970),
+    ],
+    ids=["unknown", "node"],
+)
+def test_a_run_that_fails_in_a_fold_says_so(statements: str, end: float) -> None:
+    """z^3 - z = x ends at x = 2/3 sqrt(1/3), where steps become short before nothing is found. A law that is as flat, and goes on, is passed."""
+    text = "dimensionless; coordinate x = 0; initial der(x) = 1; kinetic 1/2*der(x)^2; experiment(stop = 2);"
+    solution = mechc.loads(text + statements).simulate(estimate_error=False)
+    assert solution["x"][-1] == pytest.approx(2 / 3**1.5, abs=1e-9)
+    assert solution.time[-1] == pytest.approx(end, abs=1e-4)
+    (told,) = [remark for remark in solution.remarks if "ends there, in a fold" in remark]
+    assert "'z' = -0.57735 is the last value" in told
+    flat = text.replace("x = 0", "x = -1") + "coordinate z ~ -1; potential z^4/4 - x*z;"
+    assert not any("fold" in remark for remark in mechc.loads(flat).simulate(estimate_error=False).remarks)
+
+
 # ---------------------------------------------------------------- inertias of zero, bodies
 
 

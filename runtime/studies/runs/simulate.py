@@ -279,7 +279,9 @@ def _solved(plan: Plan, as_stated: bool) -> Solution:
         states_at=state_at,
         own_sizes=sizes,
         nominal=seen.plan.nominal,
-        sought=branches_of(case, (times, states, modes), main.dense, state_at),
+        sought=branches_of(
+            case, (times, states, modes), main.dense, state_at, failed=main.failure is not None
+        ),
     )
     return Solution(motion)
 
