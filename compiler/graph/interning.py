@@ -19,15 +19,13 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence, Set
 from fractions import Fraction
 from itertools import compress
-from typing import TYPE_CHECKING, Final, Self
+from typing import Final, Self
 
 from .dependence import Node, ReachCache, depends_on, few_reached, marked, marked_within, within
 from .field import HALF, Angle, P, hashed, of_fraction
 from .operations import ADD, CONST, MUL, NEG, OTHER, PARTIAL, SELECT, SINGULAR, SUB, SYMBOL
+from .solution import Solutions
 from .table import Samples, Table
-
-if TYPE_CHECKING:
-    from .solution import Image, Part
 
 NONE: Final = Node(-1)
 """Fills the place of an argument that an operation does not have."""
@@ -81,7 +79,7 @@ class NodeStore:
         self.tables: list[Table | Samples] = []
         self.gradients: dict[tuple[Node, tuple[Node, ...]], list[Node]] = {}
         """Of a node, by some symbols: those that differentiate.py remembers."""
-        self.solutions: dict[Node, Part | Image] = {}
+        self.solutions: Solutions = {}
         """How what ``derived(value, 0)`` stands for was found (solution.py)."""
         # one entry for each node
         self._code: list[int] = []

@@ -34,7 +34,7 @@ def _substituted(graph: Graph, outputs: Sequence[Node], replacements: Mapping[No
             if new != arguments:
                 images[n] = rebuild(graph, n, graph, new)
     if graph.solutions:
-        remember_images(graph, images, replacements)
+        remember_images(graph.solutions, images, replacements)
     return [images.get(n, n) for n in outputs]
 
 

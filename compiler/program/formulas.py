@@ -6,7 +6,8 @@ constants, ``derived(value, 0)``, where they are written out, and where the libr
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from itertools import chain
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -16,7 +17,7 @@ from ..graph import Graph, Node
 from ..graph.operations import ACOS, ADD, DERIVED
 from ..graph.rewrite import substitute
 from ..graph.signs import one_sign
-from ..graph.solution import Solution, part_of
+from ..graph.solution import Solution, SolutionImage, SolutionPart
 
 
 class SolutionPlan(Struct, frozen=True):
@@ -93,7 +94,7 @@ class Formulas:
     def _looped(self, n: Node) -> Node | None:
         """Return the symbol of a number that a loop finds; None where its equations are not known."""
         graph = self.graph
-        part = part_of(graph, n, self.images)
+        part = _part_of(graph, n, self.images)
         if part is None:
             return None
         raw = part.solution
@@ -162,3 +163,39 @@ def _beyond(graph: Graph, argument: Node) -> bool:
         return False
     (rest,) = (a for a in graph.args(argument) if a != graph.two)
     return one_sign(graph, [(rest, graph.one)], {}, 1)
+
+
+def _part_of(graph: Graph, n: Node, found: dict[tuple[int, ...], Solution]) -> SolutionPart | None:
+    """Return what a node is of which solution, with own symbols for the unknowns; None where that is not known. ``found``: those that
+    were asked for."""
+    steps: list[Mapping[Node, Node]] = []
+    known = graph.solutions.get(n)
+    while isinstance(known, SolutionImage):
+        steps.append(known.replacements)
+        known = graph.solutions.get(known.of)
+    if known is None:
+        return None
+    key = (known.solution.number, *map(id, steps))
+    if key not in found:
+        found[key] = _image_of(graph, known.solution, steps)
+    return SolutionPart(found[key], known.index)
+
+
+def _image_of(graph: Graph, solution: Solution, steps: Sequence[Mapping[Node, Node]]) -> Solution:
+    """Return what replacements, the last ones first, make of a solution with own symbols for its unknowns."""
+    own = {u: graph.symbol(f"#unknown {solution.number}.{k}") for k, u in enumerate(solution.unknowns)}
+    guess = list(solution.guess)
+    rest = [
+        *solution.rows,
+        *chain.from_iterable(row.values() for row in solution.slopes),
+        *chain.from_iterable(solution.terms),
+    ]
+    rest = substitute(graph, rest, own)
+    for replacements in reversed(steps):
+        both = substitute(graph, [*guess, *rest], replacements)
+        guess, rest = both[: len(guess)], both[len(guess) :]
+    numbers = iter(rest)
+    rows = tuple(next(numbers) for _ in solution.rows)
+    slopes = tuple({j: next(numbers) for j in row} for row in solution.slopes)
+    terms = tuple(tuple(next(numbers) for _ in row) for row in solution.terms)
+    return Solution(solution.number, tuple(own.values()), tuple(guess), rows, slopes, terms)

@@ -22,7 +22,7 @@ from .. import operations as ops
 from ..differentiate import jacobian
 from ..node import Graph, Node
 from ..rewrite import substitute
-from ..solution import Part, Solution
+from ..solution import Solution, SolutionPart
 from .eliminate import solve
 
 STEPS = 30
@@ -88,7 +88,7 @@ def newton(
     formulas = tuple(graph.derived(n, graph.zero) for n in result)
     solution = system.solution(tuple(guess))
     for k, n in enumerate(formulas):
-        graph.solutions.setdefault(n, Part(solution, k))
+        graph.solutions.setdefault(n, SolutionPart(solution, k))
     for _ in range(1 if system.alone else polish):
         last = system.at(formulas, tuple(map(graph.abs, formulas)))
         formulas = tuple(map(graph.add, formulas, system.step(last)))
