@@ -8,8 +8,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from all_operations import ROWS, apply, padded, points, program_of, truths
+from all_operations import ROWS as ALL
+from all_operations import apply, padded, points, program_of, truths
 from differentiable_modules import module_of, wanted
+from msgspec.structs import replace
 
 from mechc.compiler.graph import Graph
 from mechc.compiler.graph import operations as ops
@@ -18,6 +20,8 @@ from mechc.compiler.graph.evaluate import evaluate
 from mechc.compiler.graph.operation import Operation
 from mechc.compiler.program import lower
 
+ROWS = [row for row in ALL if row.code not in (ops.NORMAL, ops.DERIVED)]
+"""Modules for both refuse noise, and hold formulas where a value has their derivatives."""
 EVERY = pytest.mark.parametrize("row", ROWS, ids=[row.name for row in ROWS])
 MODERATE = (0.25, -0.5, 1.5, 2.0, -2.5)
 NAMES = [f"op_{row.name}" for row in ROWS]
@@ -70,6 +74,23 @@ def values(library: tuple[str, ModuleType], name: str, states: list[Any]) -> lis
 
     found, slopes = jax.vmap(jax.value_and_grad(one))(np.array(states))
     return list(np.column_stack([np.array(found), np.array(slopes)]))
+
+
+def test_jax_has_the_derivatives_of_formulas(tmp_path: Path) -> None:
+    """derived(sin a, 0) b counts as b times a constant, where its equations are not known."""
+    wanted("jax")
+    import jax
+
+    equations = program_of([row for row in ALL if row.name == "sin"])
+    g = equations.graph
+    (function,) = [f for f in equations.functions if f.name == "op_sin"]
+    n = g.mul(g.derived(function.outputs[0], g.zero), g.symbol("b"))
+    changed = replace(equations, functions=(replace(function, outputs=(n,)),))
+    made = module_of(lower(changed, formulas=True, loops=True), "jax", tmp_path, ["op_sin"])
+    value, slopes = jax.value_and_grad(lambda y: made.op_sin(0.0, y, np.zeros(0), np.zeros(0))[0])(
+        np.array([0.5, 2, 0])
+    )
+    np.testing.assert_allclose([value, *slopes], [2 * np.sin(0.5), 0, np.sin(0.5), 0], 1e-15)
 
 
 @EVERY
