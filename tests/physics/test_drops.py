@@ -26,7 +26,9 @@ def check(seed: int) -> bool:
     return True
 
 
-@pytest.mark.parametrize("seed", slow_among([9, 27, 40], [0, 1, 2, 3, 5, 9, 14, 24, 27, 33, 35, 40, 51]))
+@pytest.mark.parametrize(
+    "seed", slow_among([9, 27, 40, 141], [0, 1, 2, 3, 5, 9, 14, 24, 27, 33, 35, 40, 51, 141, 152])
+)
 def test_it_comes_to_rest(seed: int) -> None:
     assert check(seed)
 
@@ -34,9 +36,10 @@ def test_it_comes_to_rest(seed: int) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("first", range(60, 180, 30))
 def test_many_come_to_rest(first: int) -> None:
-    """But for three of these 120: the rotations of 124 and 141 become singular, the feet of 152, a table, change their modes forever."""
+    """But for one of these 120: corners of 124 slide at micrometres a second where no force holds them, and the impact without an approach
+    that ends this leaves forces without bounds."""
     ended = [seed for seed in range(first, first + 30) if not check(seed)]
-    assert ended == [seed for seed in (124, 141, 152) if first <= seed < first + 30]
+    assert ended == [seed for seed in (124,) if first <= seed < first + 30]
 
 
 @pytest.mark.parametrize("angles", [(-7.602, 12.741), (5.0, 3.0)])

@@ -46,8 +46,11 @@ static void set_slips(mech_solver *s, int begins)
 {
     mech_real aim[MECH_MOST_ROWS];
     int rows[MECH_MOST_ROWS], n = mech_contact_projection_rows(s, rows), changes = 0;
-    for (int i = 0; i < s->events->n_rows; i++)
-        if (s->events->rows[i].kind == MECH_CONTACT && !mech_row_holds(s, i) && mech_row_touches(s, i)) rows[n++] = i;
+    for (int i = 0; i < s->events->n_rows; i++) {
+        if (s->events->rows[i].kind != MECH_CONTACT || mech_row_holds(s, i) || !mech_row_touches(s, i)) continue;
+        rows[n] = i;
+        n += independent(s, n + 1, rows); /* else others keep it */
+    }
     for (int k = 0; k < n; k++) aim[k] = mech_row_value(s, rows[k], MECH_RATE);
     for (int i = 0; i < s->events->n_rows; i++) {
         const int j = mech_row_partner(s, i);
@@ -136,7 +139,8 @@ enum { EIGHTHS = 4, MOST_LOOKS = 40 };
 int mech_surface_friction_aim(mech_solver *s, int i)
 {
     mech_real x[2] = {s->events->slides[i], s->events->slides[i + 1]}, y[2], along;
-    if (x[0] == 0 && x[1] == 0) return 0;
+    const int pressed = mech_row_holds(s, s->events->rows[i].normal); /* slides that were tried are kept where their contact is let go */
+    if (!pressed || (x[0] == 0 && x[1] == 0)) return 0;
     const mech_real near = MECH_C(1e-7) * reply(s, i); /* friction that only just gives way accelerates nothing */
     mech_real g = across(s, i, x[0], x[1], &along), h = g;
     if (mech_abs(g) <= mech_max(near, MECH_C(1e-6) * mech_abs(along))) return 0;
