@@ -512,7 +512,7 @@ static void keep_slips(mech_solver *s)
     if (memcmp(s->y + nq, e->y_before + nq, (size_t)s->model->nv * sizeof(mech_real))) return;
     for (int i = 0; i < e->n_rows; i++) {
         const mech_row *row = mech_row_of(s, i);
-        if (row->kind != MECH_FRICTION || mech_row_partner(s, i) >= 0 || mech_row_holds(s, i) || e->slides[i] != 0) continue;
+        if (row->kind != MECH_FRICTION || mech_row_partner(s, i) >= 0 || is_partner(s, i) || mech_row_holds(s, i) || e->slides[i] != 0) continue;
         const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
         if (e->z[row->sign] * mech_row_value(s, i, MECH_SECOND) > slack) e->slides[i] = e->z[row->sign];
     }
