@@ -144,16 +144,18 @@ static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
     return MECH_RUNNING;
 }
 
-/* The same where a slide on a surface ends or turns. Its law turns the faster the less is left of the slip, so that a
- * step right to the end may be good for nothing: then a part of the way comes first, without the event. */
-static int step_along_slip(mech_solver *s, int *hit, mech_real part, mech_real *h)
+/* A step to the event where it is good, else a part of the way, without the event: a slide on a surface that ends or turns has a law that
+ * turns the faster the less is left of the slip, and an implicit method that begins anew may not find its stages over so long a step. */
+static int step_towards(mech_solver *s, int *hit, mech_real part, mech_real *h)
 {
+    const int slides = mech_surface_friction_at(s, *hit);
     const mech_real whole = *h, shares[] = {1, MECH_C(0.9999), MECH_C(0.99), MECH_C(0.9), MECH_C(0.5),
                                             MECH_C(0.1), MECH_C(1e-2), MECH_C(1e-3)};
     for (int k = 0; k < 8; k++) {
-        mech_real error;
+        mech_real error = 0;
+        int status = MECH_RUNNING;
         *h = whole * part * shares[k];
-        int status = repeat_step(s, *h, &error);
+        if (k || slides) status = repeat_step(s, *h, &error);
         if (status == MECH_NOT_FINITE || error > 1) continue;
         if (!status && k == 0) {
             *h = whole;
@@ -312,7 +314,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {
-        status = mech_surface_friction_at(s, hit) ? step_along_slip(s, &hit, part, &h) : step_to_event(s, hit, part, &h);
+        status = step_towards(s, &hit, part, &h);
         if (status == MECH_NOT_FINITE) status = mech_fail(s, MECH_STEP_TOO_SMALL, 0);
         if (status) return status;
         t_new = run->report.t + h;

@@ -186,19 +186,23 @@ static mech_real first_below(search *q, const sample *given, int span, sample a,
     return first_below(q, given + span, span / 2, m, b, error, depth + 1);
 }
 
-/* A place before `end` until which f, zero at a, rises all the way. */
-static sample behind_rise(const search *q, const sample *a, mech_real end)
+/* Moves a, where f is zero, to a place before `end` until which it rises all the way. Where rounding hides that, as where f is still
+ * flat at a, a condition falls again at once, for it may bounce within rounding; of a row this gives 0. */
+static int behind_rise(const search *q, sample *a, mech_real end)
 {
     sample b = *a;
-    for (int i = 0; i < DEEPEST; i++) {
+    int rises = 0;
+    for (int i = 0; i < DEEPEST && !rises; i++) {
         end /= 4;
         b = look(q, end);
         if (!(b.rate > 0)) continue;
         const sample m = look(q, MECH_C(0.4547) * end);
         const mech_real flattest = mech_min(mech_min(a->rate, m.rate), b.rate) * end;
-        if (flattest > 16 * off(q, a, &b, &m) && flattest > 16 * confirmed(q, a, &m, &b, 0)) break;
+        rises = flattest > 16 * off(q, a, &b, &m) && flattest > 16 * confirmed(q, a, &m, &b, 0);
     }
-    return b;
+    if (!rises && q->k >= q->s->model->hybrid->n_switches) return 0;
+    *a = b;
+    return 1;
 }
 
 /* Rates of the samples of an indicator by the polynomial through them. */
@@ -285,7 +289,10 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
         sample x[MECH_SAMPLES - 1];
         for (int j = 0; j <= last; j++) x[j] = sampled(&q, places[j], e->w[j * n + k], e->rate[j * n + k]);
         if (!q.known) differentiate(x);
-        if (leaves) x[0] = behind_rise(&q, &x[0], x[1].part);
+        if (leaves && !behind_rise(&q, &x[0], x[1].part)) {
+            q.shift += q.tol;
+            for (int j = 0; j <= last; j++) x[j].f += q.tol;
+        }
         if (x[last].f < 0 && x[last].f >= -q.tol) x[last].f = 0; /* the next step begins with it */
         const mech_real found = first_below(&q, x, 2, x[0], x[last], 0, 0);
         /* What is zero where the step begins may be zero all along, but for the rounding of its terms. */
