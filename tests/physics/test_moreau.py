@@ -13,6 +13,17 @@ from drops import WEIGHT, drop, on_four_feet
 import mechc
 from mechc.runtime.outcome import Outcome, SimulationError
 
+LEG = """
+gravity {0, -9.81} m/s^2;
+coordinate Length y = 0 m "of the foot";
+coordinate Length x = 1 m "of the body";
+kinetic 1/2*0.1 kg*der(y)^2 + 1/2*5 kg*der(x)^2;
+potential 0.1 kg*9.81 m/s^2*y + 5 kg*9.81 m/s^2*x;
+damping 20 N.s/m on x - y;
+contact ground: y;
+experiment(stop = 0.5 s, method = "moreau");
+"""
+
 MOREAU: dict[str, Any] = {"method": "moreau", "estimate_error": False}
 
 
@@ -311,3 +322,19 @@ def test_stiff_springs_and_dampers_do_not_limit_the_step(n: int) -> None:
     assert (
         np.abs(energy - energy[0]).max() < 1e-6 * energy[0]
     )  # B is a difference: 1e-8 of it, over 100 steps
+
+
+def test_a_damper_that_a_contact_holds_sees_the_speed_that_is() -> None:
+    """The ground holds the foot, so that its speed without contacts, which the step begins with, is no speed at which the damper acts:
+    x' = -(m g/c) (1 - exp(-c t/m)). Twice as fine a step is four times as good, and what is dissipated is what is lost."""
+    model = mechc.loads(LEG)
+    fall, k, t = 5 * 9.81 / 20, 20 / 5, 0.5
+    exact = 1 - fall * (t - (1 - np.exp(-k * t)) / k)
+    errors = []
+    for step in (2e-3, 1e-3):
+        solution = model.simulate(step=step, estimate_error=False)
+        errors.append(abs(solution["x"][-1] - exact))
+        energy = solution.energy
+        assert energy is not None and energy.dissipated is not None
+        assert abs(energy.start - energy.dissipated - energy.end) < 1e-5 * energy.dissipated
+    assert errors[0] < 2e-6 and 3 < errors[0] / errors[1] < 12

@@ -2,6 +2,7 @@
  * Signorini's and Coulomb's laws at its end. Impacts neither end nor reject steps, and simultaneous ones are one problem (cones.h).
  *
  * q_m = q + h/2 v; v' = v + h a(q_m, v + h/2 a) without contacts; impulses r along the rows at q_m, so that v+ = v' + W r; q' = q_m + h/2 v+.
+ * Where forces are others at the mean of v and v+, as of dampers that contacts hold, v' = v + h a(q_m, (v + v+)/2), again.
  * A contact with restitution e rebounds once its gap is closed, u+ >= -e u-, if it approaches faster than the speed of rest and than the
  * forces of one step would drive it. Others may reach the surface at the end of the step: u+ >= -2 g/h. The work of the impulses
  * is that at the mean of both velocities; where the mass is constant this is the energy that is lost, to rounding.
@@ -19,10 +20,13 @@
 #include "method.h"
 #include "moreau_crowd.h"
 
-enum { RHS = 5, MOST_SWEEPS = 24, MOST_LOOKS = 4, MOST_STIFF = 256, FIRST_LOOKS = 8 };
+enum { RHS = 5, MOST_SWEEPS = 24, MOST_LOOKS = 4, MOST_STIFF = 256, FIRST_LOOKS = 8, MOST_PASSES = 12 };
 
 /* A residual that counts as none, in the largest rate so far; what an approach has to exceed, beside what the step adds to it. */
 static const mech_real NONE = MECH_C(1e-10), DRIVEN = 2;
+
+/* What forces may miss, in the largest rate so far: each pass leaves a quarter of it at most. */
+static const mech_real MISSED = MECH_C(1e-9);
 
 /* The largest h/2 |B| that is not stiff: explicit steps are stable up to 1. */
 static const mech_real STIFF = MECH_C(0.25);
@@ -379,19 +383,32 @@ static mech_real attempt(mech_solver *s, mech_real h)
         mech_rhs(s, middle, o.y, f2);
         for (int i = 0; i < nv; i++) free_[i] = v0[i] + h * f2[nq + i];
     }
+    const long long unsolved = s->run->report.unsolved;
+    for (int pass = 0;; pass++) {
+        s->o.z = z;
+        s->run->report.unsolved = unsolved;
+        lost = supplied = 0;
+        if (hybrid->crowd)
+            solve_crowd(s, &o, h, v0, free_, v, &lost, &supplied);
+        else
+            solve_rows(s, &o, h, v0, free_, v, &lost, &supplied);
+        if (!mech_finite(*o.fastest)) return *o.fastest;
+        if (hybrid->carried && hybrid->supplied >= 0 && hybrid->total >= 0 && !o.stiff.is)
+            supplied = carried(s, &o, middle, v0, free_, v, lost);
+        for (int i = 0; i < nv; i++) o.y[nq + i] = (v0[i] + v[i]) / 2;
+        s->o.z = o.z;
+        mech_rhs(s, middle, o.y, f3);
+        if (o.stiff.is || pass == MOST_PASSES) break;
+        mech_real missed = 0;
+        for (int i = 0; i < nv; i++) {
+            const mech_real next = v0[i] + h * f3[nq + i];
+            missed = mech_max(missed, mech_abs(next - free_[i]));
+            free_[i] = next;
+        }
+        if (!(missed > MISSED * *o.fastest)) break;
+    }
     s->o.z = z;
-    if (hybrid->crowd)
-        solve_crowd(s, &o, h, v0, free_, v, &lost, &supplied);
-    else
-        solve_rows(s, &o, h, v0, free_, v, &lost, &supplied);
-    if (!mech_finite(*o.fastest)) return *o.fastest;
-    if (hybrid->carried && hybrid->supplied >= 0 && hybrid->total >= 0 && !o.stiff.is)
-        supplied = carried(s, &o, middle, v0, free_, v, lost);
     /* q' is an affine function of v: that of v+ from those of v and of the mean */
-    for (int i = 0; i < nv; i++) o.y[nq + i] = (v0[i] + v[i]) / 2;
-    s->o.z = o.z;
-    mech_rhs(s, middle, o.y, f3);
-    s->o.z = z;
     for (int i = 0; i < nq; i++) s->y_new[i] = o.y[i] + h / 2 * (2 * f3[i] - f1[i]);
     for (int i = nq + nv; i < ny; i++) s->y_new[i] = s->y[i] + h * f3[i];
     if (hybrid->dissipated >= 0) s->y_new[hybrid->dissipated] += lost;
