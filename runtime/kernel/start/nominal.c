@@ -6,7 +6,8 @@
  *  3. for a rate also sqrt(|acceleration| nominal of the coordinate), both at the start;
  *  4. where this is zero, the smallest nominal of the states of the same kind and unit, of those coupled to it if there are any;
  *  5. the geometric mean of the parameters of the same unit; 1 for an angle and for a pure number;
- *  6. the largest value in a trial run, in which the size is what the initial rate would lead to;
+ *  6. the largest value in a trial run, in which the size is what the initial rate would lead to, if it is more than rounding of that where
+ *     contacts and frictions hold;
  *  7. for a rate the nominal of its coordinate times the fastest other rate over its nominal; else 1.
  * Values below 1e-12 of the largest coupled one of their kind and unit count as zero, as do accelerations below 1e-12 of their
  * terms. A nominal is at least 1e-6 of that largest one, but not above the largest value of the state. An account of energy has

@@ -6,7 +6,7 @@
 
 enum { POINTS = 200, MOST_STEPS = 5000 }; /* a motion of more steps is judged by its beginning */
 
-static const mech_real TOLERANCE = MECH_C(1e-6);
+static const mech_real TOLERANCE = MECH_C(1e-6), ROUNDING = MECH_C(1e-12);
 
 static void keep_largest(int ny, const mech_real *y, mech_real *largest)
 {
@@ -69,6 +69,8 @@ int mech_nominal_values(const mech_model *m, const mech_sizes *sizes, const mech
     int status = 0;
     if (mech_nominal_rules(&x, NULL, NULL, nominal)) {
         status = run_ahead(m, o, stop, nominal, reached);
+        for (size_t i = 0; i < ny && m->hybrid && m->hybrid->n_rows; i++) /* what frictions and contacts hold moves by rounding */
+            if (reached[i] < ROUNDING * nominal[i]) reached[i] = 0;
         if (!status) mech_drop_rounding(m, sizes, reached);
         if (!status) mech_nominal_rules(&x, reached, reached, nominal);
     }
