@@ -11,7 +11,15 @@ from gallery import EXAMPLES, ROOT, TOLERANCE, load, run
 import mechc
 
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.mech"))
-SLOW = {"ball_on_plate", "beam", "fekete", "stewart_platform", "valve_train"}
+SLOW = {
+    "ball_on_plate",
+    "beam",
+    "fekete",
+    "four_wheels",
+    "stewart_platform",
+    "valve_train",
+    "wheelset_hunting",
+}
 
 spec = importlib.util.spec_from_file_location("figures", ROOT / "docs" / "figures.py")
 assert spec is not None and spec.loader is not None

@@ -14,6 +14,7 @@ from random_models.checks import compare_twin
 from random_models.compiled import compiled
 from random_models.mutants import ROOT
 from random_models.tree import Model, statement
+from slow_params import slow_among
 
 import mechc
 from mechc.lang import ast
@@ -694,7 +695,7 @@ def test_every_joint_closes_loops_alike(package: str, name: str, k: int) -> None
     agree(in_a_model(package, name, n, of_joint(package, name, n, k, closes=True)))
 
 
-@pytest.mark.parametrize("package", [p for p in PACKAGES if functions(p)])
+@pytest.mark.parametrize("package", slow_among(["control"], [p for p in PACKAGES if functions(p)]))
 def test_every_function_agrees(package: str) -> None:
     """Up to rounding, however small its values are."""
     names = functions(package)

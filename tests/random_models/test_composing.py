@@ -7,6 +7,7 @@ from pathlib import Path
 from random import Random
 
 import numpy as np
+import pytest
 from msgspec.structs import replace
 from random_models.checks import compare_twin
 from random_models.compiled import compiled
@@ -43,6 +44,7 @@ def test_models_hold_loops_of_parts_and_inputs_that_drive() -> None:
     )
 
 
+@pytest.mark.slow
 def test_a_twin_in_parts_is_compared() -> None:
     """Its base with a heavier body in another text is another model."""
     model = generate(62)
