@@ -86,7 +86,7 @@ def _obstacles(model: contract.ModelStruct, lacks: Status) -> list[str]:
     elif model.nq != model.nv:
         obstacles.append("a coordinate of which the rate alone is prescribed")
     if model.nx > model.n_accounts:
-        obstacles.append("first-order states")
+        obstacles.append("first-order states, as coordinates without mass are")
     if lacks == Status.NEEDS_SEPARABLE and model.n_velocity:
         obstacles.append("constraints, for which there are 'rattle', 'lobatto4' and 'lobatto6'")
     elif model.n_velocity > model.n_position:

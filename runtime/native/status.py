@@ -46,7 +46,7 @@ class Status(IntEnum):
 NEEDS = {
     Status.NEEDS_JACOBIAN: "needs the Jacobian of the model, which its code does not hold",
     Status.NEEDS_SEPARABLE: "is for models whose accelerations depend on positions and time alone",
-    Status.NEEDS_ROWS: "is for models with contacts, dry friction or constraints that switch",
+    Status.NEEDS_ROWS: "is for models with contacts, dry friction on what has mass, or constraints that switch",
     Status.NEEDS_STEPS: "cannot run more than 64 rows of contacts with friction in two directions, or with gaps made of pieces, as by 'min': "
     "'method = \"moreau\"' with a 'step' does",
     Status.NEEDS_SERIES: "needs the Taylor series of the rates, which the code of the model does not hold",
