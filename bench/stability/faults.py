@@ -68,14 +68,16 @@ def _loosened() -> None:
     def loose(
         self: Any,
         kernel: Any,
-        c: Any,
+        case: Any,
         method: Any,
-        tolerance: Any,
+        tolerance: float,
         atol: Any,
-        step: Any = 0.0,
+        step: float = 0.0,
+        *rest: Any,
+        **more: Any,
     ) -> None:
         factor = min(1e5, 0.1 / tolerance)
-        make(self, kernel, c, method, factor * tolerance, factor * atol, 10 * step)
+        make(self, kernel, case, method, factor * tolerance, factor * atol, 10 * step, *rest, **more)
 
     _put(solver.Solver, "__init__", loose)
 
@@ -134,6 +136,8 @@ def _checks_ignored() -> None:
 def _masses_unchecked() -> None:
     accelerations = _module("compiler.equations.solve.accelerations")
     _put(accelerations, "massless", lambda *_: ZeroDivisionError("a pivot is zero"))
+    balances = _module("compiler.equations.rows.without_mass")._Work
+    _put(balances, "_held", lambda _, block, *__: list(range(len(block))))
 
 
 def _massless_starts_unchecked() -> None:
