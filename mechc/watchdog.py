@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import multiprocessing
+import pickle
 import signal
 import sys
+import traceback
 from collections.abc import Callable
 from multiprocessing.connection import Connection
+from multiprocessing.reduction import ForkingPickler
 from types import TracebackType
 from typing import Generic, TypeVar
 
@@ -31,6 +34,10 @@ class Hung(Struct, frozen=True):
     seconds: float
 
 
+class RaisedThere(Exception):
+    """What an exception of the process says that cannot be made again here."""
+
+
 class Watchdog(Generic[Question, Reply]):
     """Asks ``make(*settings)``, which returns a function, in a process that is begun again where it dies.
 
@@ -52,7 +59,7 @@ class Watchdog(Generic[Question, Reply]):
         self._end()
 
     def ask(self, question: Question, seconds: float) -> Reply | Crashed | Hung:
-        """Return the answer, or how the process failed to give it. An exception in it is raised here."""
+        """Return the answer, or how the process failed to give it. An exception in it is raised here, or RaisedThere says what it says."""
         if self._process is None or self._pipe is None:
             self._begin()
         assert self._process is not None and self._pipe is not None
@@ -71,7 +78,7 @@ class Watchdog(Generic[Question, Reply]):
             self._end()
             raise
         if isinstance(reply, _Raised):
-            raise reply.error
+            raise reply.again() from _Traceback(reply.trace)
         answer: Reply = reply
         return answer
 
@@ -94,7 +101,37 @@ class Watchdog(Generic[Question, Reply]):
 
 
 class _Raised(Struct, frozen=True):
-    error: BaseException
+    """An exception on its way: ``pickled`` where it bears that, and what is left where it is not the same again."""
+
+    pickled: bytes
+    kind: str
+    text: str
+    trace: str
+
+    @classmethod
+    def of(cls, error: Exception) -> _Raised:
+        try:
+            pickled = pickle.dumps(error)
+        except Exception:
+            pickled = b""
+        return cls(pickled, type(error).__name__, str(error), "".join(traceback.format_exception(error)))
+
+    def again(self) -> Exception:
+        """Return the exception; those of other packages may not be made again from what they keep, or then say something else."""
+        try:
+            error = pickle.loads(self.pickled)
+        except Exception:
+            error = None
+        if isinstance(error, Exception) and str(error) == self.text:
+            return error
+        return RaisedThere(f"{self.kind}: {self.text}")
+
+
+class _Traceback(Exception):
+    """Where an exception was raised in its process."""
+
+    def __str__(self) -> str:
+        return f"\n{self.args[0]}"
 
 
 def _serve(
@@ -112,10 +149,11 @@ def _serve(
             if answer is None:
                 answer = make(*settings)
             reply = answer(question)
+            packed = ForkingPickler.dumps(reply)
         except Exception as error:
-            reply = _Raised(error)
+            packed = ForkingPickler.dumps(_Raised.of(error))
         try:
-            pipe.send(reply)
+            pipe.send_bytes(packed)
         except BrokenPipeError:
             return
 

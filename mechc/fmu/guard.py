@@ -16,7 +16,7 @@ from typing import TypeVar
 from msgspec import Struct
 
 from ..compiler.targets.fmu.inspect import CheckLine, CheckPart, CheckStage, Report, inspect, perform_stage
-from ..watchdog import Crashed, Hung, Watchdog
+from ..watchdog import Crashed, Hung, RaisedThere, Watchdog
 
 Question = TypeVar("Question")
 Reply = TypeVar("Reply")
@@ -74,6 +74,8 @@ def guarded(
                 reply = dog.ask(question, limits.seconds)
             except MemoryError:
                 return LostProcess(_beyond_memory(limits), "--memory allows more")
+            except RaisedThere as told:  # by fmpy
+                return LostProcess(str(told))
             match reply:
                 case Crashed(how):
                     return LostProcess(f"the library ended its process {how}")

@@ -13,7 +13,29 @@ import pytest
 
 import mechc
 from mechc.runtime.native.build import BuildError
-from mechc.watchdog import Crashed, Hung, Watchdog
+from mechc.watchdog import Crashed, Hung, RaisedThere, Watchdog
+
+
+class Refused(Exception):
+    """Of two arguments of which it keeps none, as those of other packages: it is not made again from what it keeps."""
+
+    def __init__(self, function: str, status: int) -> None:
+        super().__init__(f"{function} failed with status {status}")
+
+
+class Reworded(Exception):
+    """Made again from what it keeps, it says something else."""
+
+    def __init__(self, function: str) -> None:
+        super().__init__(f"{function} failed")
+
+
+class Closed(Exception):
+    """It holds what no other process can have."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self.answer = lambda: text
 
 
 def maker(base: int) -> Callable[[str], int]:
@@ -27,6 +49,14 @@ def maker(base: int) -> Callable[[str], int]:
                 time.sleep(60)
             case "raise":
                 raise ValueError("no such question")
+            case "refuse":
+                raise Refused("step", 3)
+            case "reword":
+                raise Reworded("step")
+            case "close":
+                raise Closed("step")
+            case "return":
+                return Closed("step")  # type: ignore[return-value]
         return base + len(question)
 
     return answer
@@ -41,6 +71,29 @@ def test_what_dies_or_hangs_is_told_and_begun_anew() -> None:
         with pytest.raises(ValueError, match="no such question"):
             dog.ask("raise", 60)
         assert dog.ask("seven", 60) == 15
+
+
+@pytest.mark.parametrize(
+    ("question", "text"),
+    [
+        ("refuse", "Refused: step failed with status 3"),
+        ("reword", "Reworded: step failed"),
+        ("close", "Closed: step"),
+    ],
+)
+def test_what_cannot_be_sent_arrives_as_its_text(question: str, text: str) -> None:
+    with Watchdog(maker, 10) as dog:
+        with pytest.raises(RaisedThere, match=text) as told:
+            dog.ask(question, 60)
+        assert "in answer" in str(told.value.__cause__)
+        assert dog.ask("four", 60) == 14
+
+
+def test_an_answer_that_cannot_be_sent_is_told() -> None:
+    with Watchdog(maker, 10) as dog:
+        with pytest.raises(Exception, match="pickle"):
+            dog.ask("return", 60)
+        assert dog.ask("four", 60) == 14
 
 
 def _compile_error() -> Exception:

@@ -86,6 +86,26 @@ def test_references_made_by_eulers_method_are_followed(tmp_path: Path) -> None:
     assert not line.passed
 
 
+SHUT = """\
+model Shut
+  coordinate Length x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*100 N/m*x^2;
+  assert abs(x) < 2 m, "it leaves";
+  experiment(stop = 2 s);
+end Shut;
+"""
+
+
+@pytest.mark.slow
+def test_where_eulers_method_fails_nothing_is_followed(tmp_path: Path) -> None:
+    path = exported(SHUT, "shut", tmp_path)
+    wrong = ["time,x", *(f"{t:.12g},{np.cos(9 * t):.12g}" for t in np.linspace(0, 2, 101))]
+    report = check_fmu(with_reference(path, "\n".join(wrong) + "\n", tmp_path))
+    (line,) = [line for line in report.lines if line.what == "ModelExchange reference"]
+    assert not line.passed and "largest difference" in line.detail
+
+
 PUSHED = """\
 model Pushed
   input Force u = 0 N;
