@@ -44,16 +44,20 @@ static void hold_attempt(mech_solver *s, mech_real t_new)
     s->run->report.t = t;
 }
 
-/* Whether the limit of a friction on what has no mass, which the polynomial of the step reaches at a part of it, goes away there by
- * its own rate: where the friction began to stick the force is at its limit, and leaves it more slowly than the polynomial errs. */
+/* Whether an indicator that the polynomial of the step brings to zero at a part of it goes away from there by its own rate, and leaves zero
+ * more slowly than the polynomial errs: the limit of a friction on what has no mass, which began to stick where its force was at the limit,
+ * or the speed of a slip that a growing force has begun. */
 static int rises_at(mech_solver *s, int hit, mech_real part, mech_real h)
 {
     mech_event_state *e = s->events;
     mech_real *w = e->w + (MECH_SAMPLES - 1) * e->n, *rate = e->rate + (MECH_SAMPLES - 1) * e->n;
-    if (part <= 0 || hit >= s->model->hybrid->n_leading_switches) return 0;
-    mech_indicator_place(s, hit, part, e->y_at);
-    mech_indicator_read(s, hit, s->run->report.t + part * h, e->y_at, w, rate);
-    return rate[hit] > MECH_C(1e-12) * e->rate_scale[hit];
+    const int n = s->model->hybrid->n_switches, of_row = hit >= n;
+    if (part <= 0 || (hit >= s->model->hybrid->n_leading_switches && !of_row)) return 0;
+    if (of_row && !mech_indicator_at_zero(s, hit, e->w[hit])) return 0;
+    const mech_real place = of_row ? mech_max(part, MECH_C(1e-4)) : part; /* zero itself is flat */
+    mech_indicator_place(s, hit, place, e->y_at);
+    mech_indicator_read(s, hit, s->run->report.t + place * h, e->y_at, w, rate);
+    return rate[hit] > MECH_C(1e-12) * e->rate_scale[hit] && (!of_row || w[hit] < 0);
 }
 
 /* dw/dt at a part of the attempted step; by a difference where it is not known. */

@@ -186,21 +186,30 @@ static mech_real first_below(search *q, const sample *given, int span, sample a,
     return first_below(q, given + span, span / 2, m, b, error, depth + 1);
 }
 
-/* Moves a, where f is zero, to a place before `end` until which it rises all the way. Where rounding hides that, as where f is still
- * flat at a, a condition falls again at once, for it may bounce within rounding; of a row this gives 0. */
-static int behind_rise(const search *q, sample *a, mech_real end)
+/* Whether f rises all the way from a, where it is zero, to b: by rates that are above zero by more than the cubic is off, or, where it
+ * begins flat, as the speed of a slip that a growing force begins, by rates and values that grow as those of the cubic. */
+static int rises_all_the_way(const search *q, const sample *a, const sample *b)
+{
+    const mech_real length = b->part - a->part;
+    if (!(b->rate > 0)) return 0;
+    const sample m = look(q, a->part + MECH_C(0.4547) * length);
+    const mech_real flattest = mech_min(mech_min(a->rate, m.rate), b->rate) * length;
+    const mech_real flat = m.rate > 0 && b->rate > m.rate && b->f - a->f > b->rate * length / 4 ? m.f - a->f : 0;
+    const mech_real margin = mech_max(flattest, flat);
+    return margin > 16 * off(q, a, b, &m) && margin > 16 * confirmed(q, a, &m, b, 0);
+}
+
+/* Moves a, where f is zero, to a place before `end` until which it rises all the way. Where rounding hides that a condition falls again
+ * at once, for it may bounce within rounding; of a row, and where f does not leave zero by its rate, this gives 0. */
+static int behind_rise(const search *q, sample *a, mech_real end, int leaves)
 {
     sample b = *a;
     int rises = 0;
     for (int i = 0; i < DEEPEST && !rises; i++) {
-        end /= 4;
-        b = look(q, end);
-        if (!(b.rate > 0)) continue;
-        const sample m = look(q, MECH_C(0.4547) * end);
-        const mech_real flattest = mech_min(mech_min(a->rate, m.rate), b.rate) * end;
-        rises = flattest > 16 * off(q, a, &b, &m) && flattest > 16 * confirmed(q, a, &m, &b, 0);
+        b = look(q, end /= 4);
+        rises = rises_all_the_way(q, a, &b);
     }
-    if (!rises && q->k >= q->s->model->hybrid->n_switches) return 0;
+    if (!rises && (!leaves || q->k >= q->s->model->hybrid->n_switches)) return 0;
     *a = b;
     return 1;
 }
@@ -289,7 +298,8 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
         sample x[MECH_SAMPLES - 1];
         for (int j = 0; j <= last; j++) x[j] = sampled(&q, places[j], e->w[j * n + k], e->rate[j * n + k]);
         if (!q.known) differentiate(x);
-        if (leaves && !behind_rise(&q, &x[0], x[1].part)) {
+        const int flat = zero && !idle && !leaves && q.known && x[1].f > 16 * q.tol && x[1].rate > 0;
+        if ((leaves || flat) && !behind_rise(&q, &x[0], x[1].part, leaves) && leaves) {
             q.shift += q.tol;
             for (int j = 0; j <= last; j++) x[j].f += q.tol;
         }
