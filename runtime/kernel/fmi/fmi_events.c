@@ -256,6 +256,9 @@ static int fail(fmu *f, int outcome)
     case MECH_APART:
         return fmu_fail(f, FMU_ERROR, "'%s' is engaged at time %g, but does not hold there", row, t);
     case MECH_NO_MODE:
+        if (r->failed_part == 1)
+            return fmu_fail(f, FMU_ERROR, "contacts and frictions change their modes again and again without getting on at time %g%s%s", t,
+                            *row ? ", among them " : "", row);
         return fmu_fail(f, FMU_ERROR, "no combination of touching, sticking and sliding fits at time %g", t);
     case MECH_OUT_OF_RANGE:
         return fmu_fail(f, FMU_ERROR, "a coefficient or limit of '%s' is %g at time %g", row, r->failed_value, t);
