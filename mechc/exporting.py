@@ -126,8 +126,10 @@ def exported_run(
     model: CompiledModel, experiment: str | None, stop: float | None, **options: Any
 ) -> tuple[CompiledModel, Solution]:
     """Run what is exported, for what only a run tells: whether the model is stiff, passes singular positions, or has states
-    far below others of their unit. Return the model that ran, with what that took. Raises SimulationError."""
+    far below others of their unit. Return the model that ran, with what that took. Raises SimulationError; KeyboardInterrupt where a part of
+    it is all there is."""
     from .requests.request import asked
+    from .runtime.outcome import Outcome
     from .runtime.studies.kinds.motion import Simulate
     from .session import answered
     from .solution import Solution
@@ -135,6 +137,8 @@ def exported_run(
     given = {"experiment": experiment, "stop": stop, "reproducible": True, **options}
     ran, solution = answered(model, asked(Simulate, {**given, "estimate_error": False}))
     assert isinstance(solution, Solution)
+    if solution.outcome is Outcome.INTERRUPTED:
+        raise KeyboardInterrupt
     return ran, solution
 
 

@@ -1,4 +1,4 @@
-"""Ctrl-C in the middle of each kind of study: what is done is told, or one line, and the exit code 130; never a traceback."""
+"""Ctrl-C in the middle of each kind of study, and of an export: what is done is told, or one line, and the exit code 130; never a traceback."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from studied_models import model_of, settings_of_kind, write_measured
 
 import mechc.runtime
 from mechc.cli.main import run as run_command
+from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native.build import find_compiler
 from mechc.runtime.studies.study import Study
 from mechc.runtime.studies.table import STUDIES
@@ -114,3 +115,32 @@ def test_an_interrupted_study_ends_in_words(
             assert said.out != complete
     finally:
         signal.signal(signal.SIGTERM, before)
+
+
+@pytest.mark.parametrize(("target", "name"), [("fmu", "made.fmu"), ("python", "made.py"), ("c", "made")])
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupted_export_writes_nothing(
+    target: str, name: str, number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:  # fmt: skip
+    """The export rests on a run; what that comes to by half is not what is asked for."""
+    file, made = tmp_path / "model.mech", tmp_path / name
+    file.write_text(model_of("simulate"), encoding="utf-8")
+    advance = Solver.advance
+    raised: list[int] = []
+
+    def interrupted(self: Solver, stop: float, max_steps: int) -> Any:
+        if not raised:
+            raised.append(1)
+            signal.raise_signal(number)
+            return advance(self, stop, 3)
+        return advance(self, stop, max_steps)
+
+    monkeypatch.setattr(Solver, "advance", interrupted)
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)  # as the command does
+    try:
+        code = run_command(["compile", str(file), "--target", target, "-o", str(made)])
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    assert raised and code == 130, capsys.readouterr()
+    assert capsys.readouterr().err.strip() == "interrupted" and not made.exists()
