@@ -10,8 +10,9 @@ import pytest
 
 import mechc
 from mechc.cli.main import run as run_command
+from mechc.compiler.targets.fmu import inspect
 from mechc.compiler.targets.fmu.archive import archive_findings
-from mechc.compiler.targets.fmu.reference import OWN, parse_reference
+from mechc.compiler.targets.fmu.reference import OWN, parse_reference, read_reference
 from mechc.compiler.targets.fmu.rules import check_file
 from mechc.fmu.documents import reference
 from mechc.fmu.guard import check_fmu
@@ -104,6 +105,31 @@ def test_where_eulers_method_fails_nothing_is_followed(tmp_path: Path) -> None:
     report = check_fmu(with_reference(path, "\n".join(wrong) + "\n", tmp_path))
     (line,) = [line for line in report.lines if line.what == "ModelExchange reference"]
     assert not line.passed and "largest difference" in line.detail
+
+
+RUBBED = """\
+model Rubbed "a spring draws a block over a floor on which it sticks and slips"
+  coordinate Length x = 0 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*100 N/m*(x - 0.1 m/s*time)^2;
+  friction 1 N static 2 N on x;
+  experiment(stop = 10 s);
+end Rubbed;
+"""
+
+
+@pytest.mark.slow
+def test_errors_of_the_integrator_are_not_those_of_a_unit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = exported(RUBBED, "rubbed", tmp_path)
+    rows = read_reference(path)
+    assert rows is not None
+    monkeypatch.setattr(inspect, "BOUND", 1e-5)  # the first run is off by 2e-5
+    for finer in (1, 100):
+        monkeypatch.setattr(inspect, "FINER", finer)
+        (line,) = [line for line in inspect.run_lines(path, "me", rows) if line.what.endswith("reference")]
+        assert line.passed is (finer > 1), line
 
 
 PUSHED = """\
