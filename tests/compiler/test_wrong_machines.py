@@ -243,7 +243,8 @@ WRONG = {
         "let a 'state' follow it, as in 'equation der(y) = (e - y)/tau;', and delay that",
     ),
     "delay of what a nonlinear balance gives": (
-        X + "coordinate Length z ~ 0 m; potential 1 N/m*(x - z)^2 + 1 N/m^3*z^4; force -1 N/m*delay(z, 0.1 s) on x;",
+        X
+        + "coordinate Length z ~ 0 m; potential 1 N/m*(x - z)^2 + 1 N/m^3*z^4; force -1 N/m*delay(z, 0.1 s) on x;",
         "E0581",
         "'z' cannot be delayed",
         "give it a mass, or let a 'state' follow it and delay that",
