@@ -44,6 +44,7 @@ SPECIAL = {
     "lorentz_inferred": Special("begins at the limit of its parameter", values={"side": 0.5}),
     "cart_servo": Special("differences step over lines of its encoder", values={"encoder.resolution": 10.0}),
     "geared_servo": Special("rests later, where rounding decides when teeth slip", stop=1.5),
+    "crates": Special("two corners land at one instant later, whose order a change decides", stop=0.4),
     "balls_on_a_box": Special("corners come to rest at once later, whose order a change decides", stop=0.2),
     "balls_in_a_box": Special("a ball pushes the crate later, and rests on it at that instant", stop=0.3),
     "wheelset_hunting": Special("begins where its rates bend", values={"y": 5.5e-3}, stop=0.05),
