@@ -78,6 +78,7 @@ int main(int argc, char **argv)
     options.dense = 1;
     options.t0 = begin;
     options.dt_max = stop > begin ? (stop - begin) / 10 : 1;
+    options.apart = (stop - begin) / MECH_LOOKS;
     options.rtol = tolerance;
     options.atol = atol;
     options.tables = tables;

@@ -375,7 +375,10 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     followers: tuple[int, ...] = ()
     """Indices of states of first order on which the motion does not depend, as integrals that nothing reads."""
     narrow: bool = False
-    """Derivatives hold formulas that may be narrow: exponentials, hyperbolic functions, tables."""
+    """Derivatives hold formulas that may be narrow: exponentials, hyperbolic functions, tables; of the time itself also quotients, roots
+    and high powers."""
+    narrow_events: bool = False
+    """So does what events are looked for in."""
     bent: bool = False
     """Derivatives hold formulas with kinks that no event locates: ``abs``, ``min``, ``max``, tables."""
     no_series: str = ""

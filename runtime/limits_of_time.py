@@ -65,6 +65,10 @@ def check_stated_stop(problem: Problem, start: float, stop: float) -> None:
         )
 
 
+LOOKS = 20_000
+"""Instants, at least, at which the whole of a run is looked at for what steps may pass over."""
+
+
 class TimeSpan(Struct, frozen=True):
     """The times of a case, and what bounds its steps."""
 
@@ -75,3 +79,8 @@ class TimeSpan(Struct, frozen=True):
     tolerance: float
     step: float | None
     max_step: float
+
+    @property
+    def apart(self) -> float:
+        """Longest time between two looks at what may be narrow."""
+        return (self.stop - self.begin) / LOOKS

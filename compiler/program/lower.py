@@ -38,6 +38,7 @@ from .model import (
     Value,
     codes_of,
 )
+from .narrow_events import peaks_in_time
 
 if TYPE_CHECKING:
     from .formulas import SolutionPlan
@@ -90,14 +91,16 @@ def lower(
     plans += [_plan(f, constants, {}) for f in solving]
     parameters, *functions = _lowered(graph, layout, [_parameters(equations, constants), *plans])
     functions, solved = functions[: len(equations.functions)], functions[len(equations.functions) :]
+    events = _read_by_events(equations)
     return Program(
         **interface_of(equations, CompilerInterface)
         | {
             "nh": len(hoisted),
             "groups": _groups(equations, functions),
             "followers": followers(equations),
-            "narrow": _derived_by(functions, NARROW),
-            "bent": _derived_by(functions, BENT),
+            "narrow": _narrow(equations, functions, "rhs"),
+            "narrow_events": bool(events) and _narrow(equations, functions, *events),
+            "bent": _hold(functions, {"rhs"}, BENT),
         },
         tables=tuple(graph.tables),
         parameters_function=parameters,
@@ -142,10 +145,27 @@ def _chosen(graph: Graph, outputs: Sequence[Node]) -> dict[Node, Node]:
     return dict(zip(outputs, substitute(graph, outputs, known), strict=True))
 
 
-def _derived_by(functions: Sequence[ProgramFunction], codes: Set[int]) -> bool:
-    """Whether derivatives hold one of some operations, or a table, of what changes during a run."""
+def _hold(functions: Sequence[ProgramFunction], names: Set[str], codes: Set[int]) -> bool:
+    """Whether functions hold one of some operations, or a table, of what changes during a run."""
     wanted = {*codes, LOOKUP}
-    return any(wanted & codes_of(body) for f in functions if f.name == "rhs" for body in f.bodies)
+    return any(wanted & codes_of(body) for f in functions if f.name in names for body in f.bodies)
+
+
+def _narrow(equations: Equations, functions: Sequence[ProgramFunction], *names: str) -> bool:
+    """Whether some functions may change within a small part of a step, by what they are of or with time."""
+    wanted = {*names, "inputs"}
+    if _hold(functions, wanted, NARROW):
+        return True
+    return peaks_in_time(
+        equations.graph, equations.layout, [f for f in equations.functions if f.name in wanted]
+    )
+
+
+def _read_by_events(equations: Equations) -> tuple[str, ...]:
+    """Return the functions that events are looked for in; the forces of a crowd are found from the derivatives."""
+    if equations.switching is None:
+        return ()
+    return ("indicators",) if equations.switching.crowd is None else ("indicators", "rhs")
 
 
 def _groups(equations: Equations, functions: Sequence[ProgramFunction]) -> tuple[int, ...]:

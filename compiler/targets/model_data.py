@@ -264,6 +264,7 @@ def _hybrid(program: Program, plan: HybridPlan) -> StructPointer:
             **({"delays": _delays(plan.delays)} if plan.delays is not None else {}),
             **({"crowd": _crowd(plan.crowd, program.nq)} if plan.crowd is not None else {}),
             **({"shares": _shares(plan)} if plan.shares else {}),
+            **({"narrow": 1} if program.narrow_events else {}),
             **({"n_leading_switches": plan.leading[0]} if plan.leading[0] else {}),
             **({"n_leading_branches": plan.leading[1]} if plan.leading[1] else {}),
         },

@@ -289,6 +289,7 @@ class Posed:
             t0=case.begin,
             dt_max=case.max_step if case.max_step > 0 else 1.0,
             dt=case.step or 0.0,
+            apart=case.apart,
             rtol=case.tolerance,
             tables=ctypes.addressof(tables),
             stops=self._array(kinks),

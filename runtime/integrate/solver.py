@@ -108,6 +108,7 @@ class Solver:
             record_capacity=records,
             dense=dense,
             halves=halves,
+            apart=case.apart,
             longest_call=LONGEST_CALL,
         )
         self._create()

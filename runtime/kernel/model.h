@@ -178,6 +178,7 @@ typedef struct mech_hybrid {
     const mech_share_row *shares;   /* [n_rows] NULL where nothing is told of shared loads          */
     int n_leading_switches, n_leading_branches; /* the first ones, of frictions on what has no mass: they change before
                                                  * others are asked */
+    int narrow;                 /* indicators may change within a small part of a step: they are looked at closely */
 } mech_hybrid;
 
 typedef struct mech_start_row {
@@ -231,6 +232,6 @@ typedef struct mech_model {
     const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 10
+#define MECH_MODEL_VERSION 11
 
 #endif

@@ -28,6 +28,7 @@
 #endif
 
 #define MECH_KERNEL_VERSION 1
+#define MECH_LOOKS 20000 /* at what may be narrow, in the whole of a run */
 
 enum mech_status {
     MECH_RUNNING = 0,         /* max_steps were taken; call again                              */
@@ -111,6 +112,7 @@ typedef struct mech_options {
                                the grid or records ask for that */
     int halves;             /* the way to a known time is taken in two steps where one would do: a companion that ended its
                                steps where the main run does would make the same error */
+    mech_real apart;        /* longest time between two looks at indicators that may be narrow; 0: as steps are */
     double longest_call;    /* mech_advance returns MECH_RUNNING between two steps after about so many seconds; 0: never */
 } mech_options;
 

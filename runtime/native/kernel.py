@@ -74,6 +74,7 @@ class OptionsStruct(Structure):
         *((name, c_long) for name in ("event_capacity", "instant_capacity")),
         ("dense", c_int),
         ("halves", c_int),
+        ("apart", c_double),
         ("longest_call", c_double),
     )
 

@@ -197,7 +197,7 @@ static int run(double tolerance, int method, double step, double dt_max, mech_re
     mech_options o;
     memset(&o, 0, sizeof o);
     o.tables = tables, o.n_tables = n_tables, o.stops = stops, o.n_stops = n_stops;
-    o.method = method, o.n_grid = n_rows, o.t0 = begin_time;
+    o.method = method, o.n_grid = n_rows, o.t0 = begin_time, o.apart = (stop_time - begin_time) / MECH_LOOKS;
     o.dt_max = dt_max, o.dt = step, o.rtol = tolerance, o.halves = into == other;
     o.atol = atol_, o.y0 = y0, o.z = z, o.p = p, o.grid = grid, o.grid_y = into, o.grid_z = zs;
     if (WEB_EVENTS && model->hybrid)

@@ -30,6 +30,8 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->z = take(&memory, &total, m->nz + (c ? 3 * r : 0)); /* flags, signs, impulses of rows at hand behind it */
     e->w = take(&memory, &total, MECH_SAMPLES * n);
     e->rate = take(&memory, &total, MECH_SAMPLES * n);
+    e->near = take(&memory, &total, h->narrow ? 3 * n : 0);
+    e->near_rate = take(&memory, &total, h->narrow ? 3 * n : 0);
     e->scale = take(&memory, &total, n);
     e->rate_scale = take(&memory, &total, n);
     e->turned = take(&memory, &total, n);

@@ -20,6 +20,7 @@ typedef struct mech_event_state {
     mech_real *z;
     mech_real *w;           /* [MECH_SAMPLES][n]                                             */
     mech_real *rate;        /* [MECH_SAMPLES][n] dw/dt                                       */
+    mech_real *near, *near_rate; /* [3][n] of neighbouring places, where looks are close           */
     mech_real *scale, *rate_scale; /* [n] largest |w| and |dw/dt| so far                     */
     mech_real *turned, *idle; /* [n] time of the last turn; turns in a row that moved by less than the tolerance */
     mech_real *first_wait, *first_rate; /* [n] before and at the first of those                  */

@@ -149,17 +149,18 @@ static int step_to_event(mech_solver *s, int hit, mech_real part, mech_real *h)
 }
 
 /* A step to the event where it is good, else a part of the way, without the event: a slide on a surface that ends or turns has a law that
- * turns the faster the less is left of the slip, and an implicit method that begins anew may not find its stages over so long a step. */
-static int step_towards(mech_solver *s, int *hit, mech_real part, mech_real *h)
+ * turns the faster the less is left of the slip, and an implicit method that begins anew may not find its stages over so long a step; what
+ * leads to an event that was hidden may hide as well. */
+static int step_towards(mech_solver *s, int *hit, mech_real part, int hidden, mech_real *h)
 {
-    const int slides = mech_surface_friction_at(s, *hit);
+    const int doubted = hidden || mech_surface_friction_at(s, *hit);
     const mech_real whole = *h, shares[] = {1, MECH_C(0.9999), MECH_C(0.99), MECH_C(0.9), MECH_C(0.5),
                                             MECH_C(0.1), MECH_C(1e-2), MECH_C(1e-3)};
     for (int k = 0; k < 8; k++) {
         mech_real error = 0;
         int status = MECH_RUNNING;
         *h = whole * part * shares[k];
-        if (k || slides) status = repeat_step(s, *h, &error);
+        if (k || doubted) status = repeat_step(s, *h, &error);
         if (status == MECH_NOT_FINITE || error > 1) continue;
         if (!status && k == 0) {
             *h = whole;
@@ -276,7 +277,7 @@ static void set_pace(mech_solver *s, mech_real h, int hit)
 }
 
 /* An attempt of a step, and where in it which indicator leaves its side. */
-static int try_and_locate(mech_solver *s, mech_real limit, mech_real *t_new, mech_real *h, int *hit, mech_real *part)
+static int try_and_locate(mech_solver *s, mech_real limit, mech_real *t_new, mech_real *h, int *hit, mech_real *part, int *hidden)
 {
     enum { MOST_SHORTER = 8, SHORTER = 8 };
     mech_run *run = s->run;
@@ -287,7 +288,7 @@ static int try_and_locate(mech_solver *s, mech_real limit, mech_real *t_new, mec
         if (!s->events->n) return MECH_RUNNING;
         hold_attempt(s, *t_new);
         mech_fill_dense(s, *h);
-        if ((status = mech_locate(s, *h, hit, part))) return status;
+        if ((status = mech_locate(s, *h, hit, part, hidden))) return status;
         if (*hit < 0 || shorter == MOST_SHORTER || !s->method->adaptive || !rises_at(s, *hit, *part, *h)) return MECH_RUNNING;
         run->report.dt = *h / SHORTER;
         run->report.rejected++;
@@ -302,7 +303,8 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     mech_event_state *e = s->events;
     const mech_real known = mech_schedule_next(s), next = s->history ? mech_min(known, mech_history_next(s)) : known;
     mech_real t_new, h, part;
-    int hit = -1, given_up = 0, status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part);
+    int hit = -1, given_up = 0, hidden = 0;
+    int status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part, &hidden);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
     if (e->n) {
@@ -318,7 +320,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     }
     if (hit >= 0 && part * h <= 0) return reach(s, hit);
     if (hit >= 0) {
-        status = step_towards(s, &hit, part, &h);
+        status = step_towards(s, &hit, part, hidden, &h);
         if (status == MECH_NOT_FINITE) status = mech_fail(s, MECH_STEP_TOO_SMALL, 0);
         if (status) return status;
         t_new = run->report.t + h;

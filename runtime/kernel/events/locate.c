@@ -1,6 +1,8 @@
 /* Events within a step: sampled on its polynomial, then located to rounding. */
 #include "locate.h"
 
+#include <string.h>
+
 #include "indicators.h"
 #include "rows.h"
 
@@ -214,16 +216,16 @@ static int behind_rise(const search *q, sample *a, mech_real end, int leaves)
     return 1;
 }
 
-/* Rates of the samples of an indicator by the polynomial through them. */
-static void differentiate(sample *x)
+/* Rates of n samples of an indicator by the polynomial through them. */
+static void differentiate(sample *x, int n)
 {
-    for (int j = 0; j < MECH_SAMPLES - 1; j++) {
+    for (int j = 0; j < n; j++) {
         x[j].rate = 0;
-        for (int i = 0; i < MECH_SAMPLES - 1; i++) {
+        for (int i = 0; i < n; i++) {
             if (i == j) continue;
-            mech_real weight = 1 / (places[i] - places[j]);
-            for (int k = 0; k < MECH_SAMPLES - 1; k++)
-                if (k != i && k != j) weight *= (places[j] - places[k]) / (places[i] - places[k]);
+            mech_real weight = 1 / (x[i].part - x[j].part);
+            for (int k = 0; k < n; k++)
+                if (k != i && k != j) weight *= (x[j].part - x[k].part) / (x[i].part - x[k].part);
             x[j].rate += weight * (x[i].f - x[j].f);
         }
     }
@@ -279,32 +281,38 @@ static int sample_all(mech_solver *s, mech_real h, int *hit)
     return 1;
 }
 
-/* Where in a step indicator k leaves its side, before `room`; NOWHERE if it does not. */
-static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, long *looks)
+/* Samples of all indicators: 2 span + 1 places, with a row of n values and one of rates for each. */
+typedef struct samples {
+    const mech_real *at, *w, *rate;
+    int span;
+} samples;
+
+/* Where between the first and the last of some samples of a step indicator k leaves its side, before `room`; NOWHERE if it does not. */
+static mech_real locate_one(mech_solver *s, int k, mech_real h, const samples *of, mech_real room, long *looks)
 {
     const mech_event_state *e = s->events;
-    const int n = e->n, last = MECH_SAMPLES - 2;
+    const int n = e->n, last = 2 * of->span;
     enum { MOST_PASSES = 8 };
     for (int pass = 0;; pass++) {
         const int measured = pass || k >= s->model->hybrid->n_switches;
         search q = {.s = s, .h = h, .tol = mech_indicator_tolerance(s, k), .room = room, .k = k, .looks = looks, .measured = measured};
         const int zero = begins_at_zero(s, k, e->w[k], e->rate[k]);
-        for (int j = 0; j <= last; j++) q.known |= e->rate[j * n + k] != 0;
+        for (int j = 0; j <= last; j++) q.known |= of->rate[j * n + k] != 0;
         /* It begins at zero and grows: zero itself is not an event. */
         const int idle = zero && is_idle(s, k);
         const int leaves = zero && !idle && e->rate[k] > MECH_C(1e-12) * e->rate_scale[k] && e->rate[k] * h > q.tol;
         /* Rounding may leave w below zero: the way back to that level is the event. */
         if (zero) q.shift = mech_max(0, -e->w[k]) + (leaves ? 0 : idle ? 1000 * q.tol : q.tol);
         sample x[MECH_SAMPLES - 1];
-        for (int j = 0; j <= last; j++) x[j] = sampled(&q, places[j], e->w[j * n + k], e->rate[j * n + k]);
-        if (!q.known) differentiate(x);
+        for (int j = 0; j <= last; j++) x[j] = sampled(&q, of->at[j], of->w[j * n + k], of->rate[j * n + k]);
+        if (!q.known) differentiate(x, last + 1);
         const int flat = zero && !idle && !leaves && q.known && x[1].f > 16 * q.tol && x[1].rate > 0;
-        if ((leaves || flat) && !behind_rise(&q, &x[0], x[1].part, leaves) && leaves) {
+        if (x[0].part == 0 && (leaves || flat) && !behind_rise(&q, &x[0], x[1].part, leaves) && leaves) {
             q.shift += q.tol;
             for (int j = 0; j <= last; j++) x[j].f += q.tol;
         }
-        if (x[last].f < 0 && x[last].f >= -q.tol) x[last].f = 0; /* the next step begins with it */
-        const mech_real found = first_below(&q, x, 2, x[0], x[last], 0, 0);
+        if (x[last].part == 1 && x[last].f < 0 && x[last].f >= -q.tol) x[last].f = 0; /* the next step begins with it */
+        const mech_real found = first_below(&q, x, of->span, x[0], x[last], 0, 0);
         /* What is zero where the step begins may be zero all along, but for the rounding of its terms. */
         const int resting = zero && found < NOWHERE && !measured;
         if ((!q.rounding && !resting) || pass == MOST_PASSES) return found;
@@ -312,15 +320,72 @@ static mech_real locate_one(mech_solver *s, int k, mech_real h, mech_real room, 
     }
 }
 
-int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
+/* Whether indicator k dips at the middle one of three places, or is below zero there. */
+static int dips(mech_solver *s, int k)
+{
+    const mech_event_state *e = s->events;
+    const mech_real tol = mech_indicator_tolerance(s, k), w = e->near[e->n + k];
+    if (w < -tol - mech_max(0, -e->w[k])) return 1;
+    return w < e->near[k] - tol && w < e->near[2 * e->n + k] - tol;
+}
+
+/* Reads all indicators at a part of the attempted step. */
+static void read_at(mech_solver *s, mech_real h, mech_real part, mech_real *w, mech_real *rate)
+{
+    mech_real *y = s->y_new;
+    if (part < 1) {
+        y = s->events->y_at;
+        mech_dense_at(s->dense, s->n_dense, s->ny, part, y);
+        mech_normalise(s->model, y);
+    }
+    mech_indicators_read(s, s->run->report.t + part * h, y, w, rate);
+}
+
+/* Looks at all indicators in a long step so closely that what is narrow does not hide between its samples, up to what these
+ * have found; an event that comes sooner is *hidden. */
+static void look_closely(mech_solver *s, mech_real h, int *hit, mech_real *part, int *hidden, long *looks)
+{
+    enum { FEWEST = 4 };
+    mech_event_state *e = s->events;
+    const int n = e->n;
+    const mech_real apart = s->model->hybrid->narrow ? s->o.apart : 0, seen = *hit < 0 ? 2 : *part;
+    if (!(apart > 0 && h > FEWEST * apart)) return;
+    const long many = (long)(h / apart) + 1;
+    mech_real at[3] = {0, 0, 0};
+    memcpy(e->near + n, e->w, (size_t)n * sizeof(mech_real));
+    for (long j = 1; j <= many && !*hidden; j++) {
+        at[2] = j == many ? 1 : (mech_real)j / (mech_real)many;
+        if (at[2] >= seen) return;
+        read_at(s, h, at[2], e->near + 2 * n, NULL);
+        int dip = 0;
+        for (int k = 0; j > 1 && k < n && !dip; k++) dip = dips(s, k);
+        for (int i = 0; dip && i < 3; i++) read_at(s, h, at[i], e->near + i * n, e->near_rate + i * n);
+        for (int k = 0; dip && k < n; k++) {
+            if (!dips(s, k)) continue;
+            const samples three = {at, e->near, e->near_rate, 1};
+            const mech_real found = locate_one(s, k, h, &three, *part, looks);
+            if (!(found < *part)) continue;
+            *part = found;
+            *hit = k;
+            *hidden = 1;
+        }
+        memmove(e->near, e->near + n, 2 * (size_t)n * sizeof(mech_real));
+        at[0] = at[1];
+        at[1] = at[2];
+    }
+}
+
+int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part, int *hidden)
 {
     long looks = 0;
     *hit = -1;
+    *hidden = 0;
     *part = 0;
     if (!sample_all(s, h, hit)) return MECH_RUNNING;
     *part = 1;
+    const samples all = {places, s->events->w, s->events->rate, 2};
     for (int k = 0; k < s->events->n; k++) {
-        const mech_real found = locate_one(s, k, h, *part, &looks);
+        const mech_real found = locate_one(s, k, h, &all, *part, &looks);
         if (looks > MOST_LOOKS) {
             s->run->report.failed_part = 2;
             return mech_fail_to_settle(s, MECH_CHATTER, k);
@@ -330,5 +395,8 @@ int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)
             *hit = k;
         }
     }
-    return MECH_RUNNING;
+    look_closely(s, h, hit, part, hidden, &looks);
+    if (looks <= MOST_LOOKS) return MECH_RUNNING;
+    s->run->report.failed_part = 2;
+    return mech_fail_to_settle(s, MECH_CHATTER, *hit);
 }

@@ -4,8 +4,9 @@
 
 #include "run.h"
 
-/* Seeks the first one on the attempted step: *hit its indicator or -1, *part where in 0..1. Fails with MECH_CHATTER where an
+/* Seeks the first one on the attempted step: *hit its indicator or -1, *part where in 0..1, and whether it was *hidden between
+ * the samples of the step, whose stages then may not have seen what leads there either. Fails with MECH_CHATTER where an
  * indicator changes sign too often to be followed. */
-int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part);
+int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part, int *hidden);
 
 #endif

@@ -82,6 +82,7 @@ static int make_solver(fmu *f)
     o.n_tables = f->m->nu;
     o.t0 = f->d->t0;
     o.dt_max = f->d->stop > f->d->t0 ? (f->d->stop - f->d->t0) / 10 : 1;
+    o.apart = f->d->stop > f->d->t0 ? (f->d->stop - f->d->t0) / MECH_LOOKS : 0;
     o.dt = f->d->dt;
     o.rtol = f->d->tolerance;
     o.atol = f->atol;
@@ -120,6 +121,7 @@ void fmu_set_experiment(fmu *f)
     f->s->o.t0 = st->start;
     f->s->o.rtol = st->tolerance;
     f->s->o.dt_max = st->stop > st->start ? (st->stop - st->start) / 10 : 1;
+    f->s->o.apart = st->stop > st->start ? (st->stop - st->start) / MECH_LOOKS : 0;
 }
 
 void fmu_touch(fmu *f)

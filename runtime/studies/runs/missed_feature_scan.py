@@ -12,16 +12,17 @@ from typing import NamedTuple
 import numpy as np
 from msgspec.structs import replace
 
-from ...case import Progress
+from ...case import Case, Progress
 from ...integrate.trajectory import DenseOutput, Trajectory
+from ...limits_of_time import LOOKS
 from ...outcome import time_text
 from ...results.consistency import Check
 from ...results.evaluate import evaluate_rows
 from .companion import Estimated, Plan, estimate, trajectory_of
 
 EXPLICIT = "dop853"
-LOOKS, LEAST, MOST = 20_000, 8, 1000
-"""Places that are looked at in the whole of a run, at least and at most so many in a step."""
+LEAST = 8
+"""Places that are looked at in a step, at least."""
 TOLERANCES, LEAST_CHANGE = 100.0, 1e-9
 """What has been passed over changes a state by more than so many tolerances, and such a share of its size: below that the error that a
 run states is the better answer than a run of many more steps."""
@@ -32,7 +33,7 @@ ROUNDS = 3
 COSTLY, MOST_STEPS = 200_000, 1e-5
 """Steps of a repeated run at most: the first one stands if that takes more, and says so. No step is made shorter than the second
 share of the run."""
-SUSPICIOUS, PLACES_IN_A_STEP = 1e3, 4
+SUSPICIOUS, PLACES_IN_A_STEP = 1e3, 12
 """Errors of more tolerances may be those of a companion that has passed over something; so many places that the run was looked at lie in
 each of the steps that it takes then."""
 BESIDE = 0.4
@@ -60,7 +61,20 @@ class ScannedRun(NamedTuple):
 
 
 def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> ScannedRun:
-    """Repeat a run that has passed over something in shorter steps, and say so; say how closely was looked."""
+    """Repeat a run that has passed over something in shorter steps, and say so; say how closely was looked, also for events."""
+    seen = _seen_between(plan, main, progress)
+    case = plan.case
+    if seen.remarks or not case.problem.narrow_events or not case.apart > 0:
+        return seen
+    told = f"looked for narrow events every {_time(case, case.apart)} or closer: what is met for less may be missed"
+    return seen._replace(remarks=(told,))
+
+
+def _time(case: Case, time: float) -> str:
+    return f"{time:.2g} {case.problem.time.unit}".rstrip()
+
+
+def _seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> ScannedRun:
     case = plan.case
     if not case.problem.narrow or plan.method.fixed_step or main.failure is not None or main.interrupted:
         return ScannedRun(plan, main)
@@ -84,13 +98,12 @@ def seen_between(plan: Plan, main: Trajectory, progress: Progress | None) -> Sca
         shown, best = finer, again
     if look is None:
         return ScannedRun(plan, main)
-    unit = f" {case.problem.time.unit}" if case.problem.time.unit else ""
-    told = f"looked for what is narrow every {look.apart:.2g}{unit} or closer: what is met for less may be missed"
+    told = f"looked for what is narrow every {_time(case, look.apart)} or closer: what is met for less may be missed"
     told = f"{left}: the run could not be repeated with shorter steps" if left else told
     if met is None:
         return ScannedRun(plan, main, (told,), look.apart)
     at = time_text(case.problem, met)
-    step = f"{shown.case.max_step:.2g}{unit}"
+    step = _time(case, shown.case.max_step)
     repeated = f"something narrow was passed over at {at}: the run was repeated with steps of at most {step}"
     return ScannedRun(shown, best, (repeated, told), look.apart)
 
@@ -119,27 +132,31 @@ def look_between(plan: Plan, main: Trajectory) -> MissedFeature | None:
             None  # where it is stiff, an error of the state becomes one of the derivative many times as large
         )
     problem = case.problem
-    each = int(np.clip(LOOKS // dense.begin.size, LEAST, MOST))
-    places = (np.arange(each) + 0.5) / each
-    apart = dense.length / each
-    times = (dense.begin[:, None] + dense.length[:, None] * places).ravel()
-    beside = np.repeat(apart * BESIDE, each)
+    each = np.maximum(np.ceil(dense.length * (LOOKS / dense.length.sum())).astype(int), LEAST)
+    apart = np.repeat(dense.length / each, each)
+    first = np.repeat(np.cumsum(each) - each, each)  # of the places of each step
+    times = np.repeat(dense.begin, each) + (np.arange(first.size) - first + 0.5) * apart
+    beside = apart * BESIDE
     states = dense(times)
     slopes = (dense(times + beside) - dense(times - beside)) / (2 * beside[:, None])
     modes = None if main.happened is None else main.happened.discretes(times, problem.ny)
     rates = evaluate_rows(case, "rhs", times, states, modes)
     own = np.array([q.kind != "account" for q in problem.states])
     sizes = _noticed(plan) * (plan.nominal + np.abs(states))
-    change = np.abs(rates - slopes) * np.repeat(apart, each)[:, None] / sizes
+    lasting = np.minimum(
+        apart, np.repeat(dense.length, each) * (each.size / LOOKS)
+    )  # short steps err in rates, not in states
+    change = np.abs(rates - slopes) * lasting[:, None] / sizes
     unseen = np.any(change[:, own] > 1, axis=1)
     largest = float(apart.max())
     if not np.any(unseen):
         return MissedFeature(largest)
-    first = int(np.argmax(unseen))
     ends = np.flatnonzero(np.diff(np.r_[False, unseen, False].astype(int)))
-    spans = times[ends[1::2] - 1] - times[ends[::2]] + np.repeat(apart, each)[ends[::2]]
+    spans = times[ends[1::2] - 1] - times[ends[::2]] + apart[ends[::2]]
     least = MOST_STEPS * float(dense.length.sum())
-    return MissedFeature(largest, float(times[first]), max(least, float(spans.min()) / OF_ITS_LENGTH))
+    return MissedFeature(
+        largest, float(times[np.argmax(unseen)]), max(least, float(spans.min()) / OF_ITS_LENGTH)
+    )
 
 
 def _differs(plan: Plan, one: Trajectory, other: Trajectory) -> bool:

@@ -14,13 +14,11 @@ from numpy.typing import NDArray
 
 from ...case import Case
 from ...integrate.trajectory import Trajectory
+from ...limits_of_time import LOOKS
 from ...memo import once
 from ...problem import Array, Problem
 from ...results.evaluate import evaluate_rows
 from ...rows import AT_ONCE, slices
-
-LOOKS = 20_000
-"""Places that are looked at in the whole of a run; what is shorter than the time between two of them may be missed."""
 
 OF_ITS_LENGTH = 4
 """Steps in the shortest thing that was seen."""
