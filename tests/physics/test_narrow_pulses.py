@@ -183,6 +183,13 @@ def test_members_of_an_ensemble_see_it_too() -> None:
     np.testing.assert_allclose(found.numbers.ravel(), slides, rtol=1e-6)
 
 
+def test_a_caller_that_steps_sees_it() -> None:
+    env = model(BLOCK + "force 200 N*g on x;friction 3 N on x;", 4e-3).env(10.0)
+    env.step()
+    g = pulse(4e-3)
+    assert env.q[0] == pytest.approx(slid(lambda t: 200 * g(t), 3, 4, 4e-3)[1], rel=1e-6)
+
+
 def test_a_quotient_of_time_pushes_a_swing() -> None:
     run = mechc.loads(
         "coordinate x = 1 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*4 N/m*x^2;"

@@ -147,6 +147,7 @@ class Environments:
             t0=case.begin,
             dt_max=longest if longest > 0 else 1.0,
             dt=case.step or 0.0,
+            apart=10 * case.apart,  # half a millisecond where no stop is given
             rtol=case.tolerance,
             atol=self._atol.ctypes.data,
             y0=self._start.ctypes.data,
