@@ -78,6 +78,13 @@ static void rates_of(const mech_block *block, const mech_real *v, mech_real *q)
     }
 }
 
+/* Whether a contact has no impulse and gets none: the rate of its gap alone says so. */
+static int stays_open(const mech_block *block, const mech_real *v)
+{
+    const mech_real *r = block->r;
+    return block->cone.kind == MECH_CONE && r[0] == 0 && r[1] == 0 && r[2] == 0 && block->b[0] + rate(block, block->k, v) >= 0;
+}
+
 /* One sweep from the first to the last, or back. Gives whether nothing changed by more than its slack. */
 static int sweep_once(mech_blocks *c, int back)
 {
@@ -86,6 +93,7 @@ static int sweep_once(mech_blocks *c, int back)
         mech_block *block = &c->blocks[back ? c->n - 1 - a : a];
         const int n = mech_cone_rows(&block->cone);
         mech_real q[3], r[3];
+        if (stays_open(block, c->v)) continue;
         rates_of(block, c->v, q);
         for (int i = 0; i < n; i++)
             for (int j = 0; j < n; j++) q[i] -= block->w[3 * i + j] * block->r[j];
