@@ -344,6 +344,8 @@ def foreign_brackets(s: Situation) -> Finding | None:
         help = (
             f"a decimal point is written '.': '{before.text}.{after.text}'" if after.text[0].isdigit() else ""
         )
+    elif token.kind == "COMMA" and s.tokens[s.first].text == "assert" and after.kind == "STRING":
+        help = f"an assertion has no parentheses: 'assert .., {after.text};'"
     elif token.kind == "COMMA" and s.bracket and s.bracket.kind == "LPAR" and s.accepts("RPAR"):
         help = "a vector is written '{1, 2, 3}'"
     if not help:
