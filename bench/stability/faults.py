@@ -202,9 +202,9 @@ FAULTS = {
         "events within a step are not seen",
         KernelEdit(
             "locate.c",
-            "int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n",
-            "int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part)\n{\n"
-            "    *hit = -1;\n    *part = 1;\n    if (s) return MECH_RUNNING;\n",
+            "int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part, int *hidden)\n{\n",
+            "int mech_locate(mech_solver *s, mech_real h, int *hit, mech_real *part, int *hidden)\n{\n"
+            "    *hit = -1;\n    *part = 1;\n    *hidden = 0;\n    if (s) return MECH_RUNNING;\n",
         ),
     ),
     "not normalised": Fault(
