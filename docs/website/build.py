@@ -30,13 +30,14 @@ BUILD = ROOT / "build" / "website"
 PAGES, LIVE, DRAWN, NAMED = BUILD / "pages", BUILD / "live", BUILD / "diagrams", BUILD / "named"
 
 sys.path.insert(0, str(HERE.parent))
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as the command line does: a second thread only waits
 
 import diagrams  # noqa: E402
 import figures  # noqa: E402
 from own_installation import require_own_installation  # noqa: E402
 
 import mechc  # noqa: E402
-from mechc.cli.main import run  # noqa: E402
+from mechc.presentation.curve_plots import save_curve  # noqa: E402
 from mechc.runtime.native.libtcc import find_libtcc  # noqa: E402
 from mechc.web.page import run_for_page  # noqa: E402
 from website.links import moved  # noqa: E402
@@ -317,10 +318,10 @@ def _made(asked: tuple[Path, Path]) -> tuple[Path | None, str]:
     if page.exists() or picture.exists():
         return (page if page.exists() else picture), ""
     model = mechc.load(example, keep={"scene"})
-    if model.compilation.equations.curve is not None:
-        run(["run", str(example), "-q", "--plot", str(picture)])
-        return (picture if picture.exists() else None), "it has no picture"
     try:
+        if model.is_curve:
+            save_curve(model.solve(), picture)
+            return picture, ""
         facts = run_for_page(model, {}, None, {"estimate_error": False})
         write_thumbnail(facts.solution, page.with_suffix(".webp"))
         write_live(facts, page)

@@ -21,6 +21,7 @@ from pygments.lexers import get_lexer_by_name
 from pygments.token import Keyword, Name, Token
 
 import mechc
+from mechc.compiler import pipeline
 from mechc.editor.highlighting import MechLexer
 from mechc.lang.diagnostics import Reporter
 from mechc.lang.grammar.lexer import tokenise
@@ -116,6 +117,14 @@ def test_a_thumbnail_moves(tmp_path: Path) -> None:
     with Image.open(tmp_path / "top.webp") as moving, Image.open(tmp_path / "top.png") as still:
         assert moving.n_frames == FRAMES and moving.size == still.size == (240, 180)  # type: ignore[attr-defined]
         assert np.asarray(still.convert("L")).min() < 150, "it shows something"
+
+
+def test_a_curve_is_compiled_once_for_its_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    formed: list[object] = []
+    monkeypatch.setattr(pipeline, "form", lambda *a, of=pipeline.form, **k: formed.append(a) or of(*a, **k))
+    monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
+    asked = ROOT / "examples" / "curves" / "fermat.mech", tmp_path / "fermat.html"
+    assert build._made(asked) == (tmp_path / "fermat.png", "") and len(formed) == 1
 
 
 def test_every_message_and_every_example_has_its_page(written: Path) -> None:
