@@ -41,8 +41,8 @@ HEAD = """# The standard library
 Seventeen packages, all written in the language itself (`stdlib/*.mech`): read them, copy them, extend them. Import with
 `import mech.planar.*;`, or by name, `import mech.fields.{Gravitation};`. `A -> B` in a component binds its first two
 frames, or its inputs `from` and `to`: `Revolute hinge(world -> bar.a, angle = 30 deg);`. Many joints take settings: `Revolute hinge(world -> bar.a, damping = 0.1 N.m.s,
-limits = {-90, 90} deg);`; those that are not set are left out (`TurningSettings`, `SlidingSettings` and the like). Below the table of a part stands what it states: its masses, energies and
-forces, what closes a loop with it, and by `assert` where it ends; then [its names in other programs](how_to/parts_by_other_names.md), and examples that have one.
+limits = {-90, 90} deg);`; those that are not set are left out (`TurningSettings`, `SlidingSettings` and the like). Below its table, each part lists its statements: masses, energies,
+forces, the equations that close a loop, and assertions that limit its validity; then [its names in other programs](how_to/parts_by_other_names.md), and examples that have one.
 
 On the site, and in the folder that `python docs/diagrams.py FOLDER` writes, each part has a diagram: the picture of the part at its default parameters, with the
 axes x (red), y (green) and z (blue) of its frames, and the coordinates of a joint away from zero; or a block with its flanges (squares), inputs and outputs (triangles)

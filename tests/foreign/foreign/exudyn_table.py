@@ -110,7 +110,7 @@ WAITING = (
         "to be written: torques that have no energy",
     ),
     (
-        "what is above, again: optimised, varied, learned, drawn, saved, sent or coupled",
+        "variants of the systems above for optimisation, parameter studies, learning, drawing, storage, communication or co-simulation",
         "Examples/parameterVariationExample, geneticOptimizationExample, minimizeExample, testGym*, ROS*, TCPIP*, solutionViewerTest; TestModels/simulatorCouplingTwoMbs",
         "nothing new moves",
     ),

@@ -34,22 +34,23 @@ MODELICA = """## Modelica
 Examples of the Modelica Standard Library (MultiBody, Rotational, Translational and the mechanical Blocks) and of PlanarMechanics,
 written in our own words with the numbers of the originals. Most are compared with rows of the reference results that the library's makers
 publish (Dymola 2020x, tolerance 1e-6; github.com/modelica/MAP-LIB_ReferenceResults), the others with equations of our own in SciPy or
-closed forms. *Agreement* is the largest root mean square of a difference, as a share of the largest value. 1e-3 is asked for.
+closed forms. *Agreement* is the largest root mean square of a difference, as a share of the largest value. The tests require 1e-3.
 """
 
 EXUDYN = """## Exudyn
 
 Systems of the TestModels and Examples of [Exudyn](https://github.com/jgerstmayr/EXUDYN), in our own words. Each stands
 for the ones that are named: the same elements, joined and loaded alike, with some of their numbers. Exudyn 1.13 shares no code with mechc. Where there are constraints, it
-integrates redundant coordinates by the trapezoidal rule, and three runs with steps of 4, 2 and 1 remove the error of its steps; elsewhere a Runge-Kutta method goes
-there twice (`tests/foreign/exudyn/exudyn_reference.py`). Places, directions and angular velocities at the end agree to 1e-10 of the largest value everywhere, beside the
-*doubt* of Exudyn's own numbers, as a share of it. It is large where forces have kinks.
+integrates redundant coordinates by the trapezoidal rule, and three runs with step sizes in the ratio 4 : 2 : 1 are extrapolated to step size zero (Richardson). Otherwise a Runge-Kutta
+method computes the motion twice, with two step sizes or tolerances (`tests/foreign/exudyn/exudyn_reference.py`). Places, directions and angular velocities at the end differ by less
+than 1e-10 of the largest value plus the uncertainty of Exudyn's own results. The column *doubt* gives the latter relative to the largest
+value; it is large where forces have kinks.
 """
 
 HEAD = """# Systems of other programs
 
-The systems that other programs test themselves with, written as models and compared with what those programs make of them. Made
-from the table in `tests/foreign` by `python -m foreign.page`; the tests go through the same table.
+The systems that other programs test themselves with, written as models and compared with the results of those programs. Made
+from the table in `tests/foreign` by `python -m foreign.page`; the tests use the same table.
 
 ## SymPy and PyDy
 
@@ -59,8 +60,8 @@ words. Both sides give the accelerations, and the reactions where the system has
 parameters and inputs; states of systems with constraints satisfy them. They agree to 1e-12 of the largest acceleration
 everywhere; the largest difference that was seen is 2e-14.
 
-Beside each system stands the processor time, in seconds, from the text of the model to functions in numbers, and that
-of SymPy from its points and frames to equations and the same functions.
+The last two columns give processor time in seconds: for mechc from the text of the model to numeric functions, for SymPy from points and
+frames to the same functions.
 """
 
 
@@ -113,7 +114,7 @@ def page() -> str:
     return f"""{HEAD}
 {rows(SYSTEMS, times)}
 
-{len(SYSTEMS)} systems: {len(SYSTEMS)} agree, {len(WAITING)} wait for the language.
+All {len(SYSTEMS)} systems agree. {len(WAITING)} more cannot be written in the language yet.
 
 ### Where the two are not the same
 
@@ -131,12 +132,12 @@ def page() -> str:
 {modelica()}
 
 All {len(EXAMPLES)} mechanical examples of these libraries agree: {published} with published rows, {len(EXAMPLES) - published} with equations of our own.
-Where a reference ends before its model, or differs from it, a third program says why (`test_third_programs.py` and `test_sensitive_motions` in `tests/foreign/modelica`).
+Where a reference ends early or differs, a third program shows why (`test_third_programs.py` and `test_sensitive_motions` in `tests/foreign/modelica`).
 
 {EXUDYN}
 {exudyn()}
 
-{len(exudyn_table.EXAMPLES)} systems, which stand for {len(exudyn_table.covered())} tests and examples: {len(exudyn_table.EXAMPLES)} agree; the kinds in the last table are not written.
+All {len(exudyn_table.EXAMPLES)} systems agree; they represent {len(exudyn_table.covered())} tests and examples. The last table lists what has no model yet.
 """
 
 

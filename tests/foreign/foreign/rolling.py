@@ -336,8 +336,8 @@ experiment(stop = 1 s);
 """,
         judge=substituted_lagrangian,
         names=ANGLES,
-        remark="no rolling disc: who puts a constraint on velocities into the kinetic energy loses the forces that hold it. "
-        "Agreement is with SymPy's Lagrangian, whose weight has the sign of a disc that hangs; the three rows above are the disc",
+        remark="This is not a rolling disc: substituting a velocity constraint into the kinetic energy drops the constraint forces. "
+        "Agreement is with SymPy's Lagrangian, in which gravity has the wrong sign, as for a hanging disc; the three rows above model the real disc",
     ),
     System(
         name="disc down an incline",
