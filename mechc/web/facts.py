@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -41,7 +42,9 @@ SIZES = ("kg", "kg.m^2", "kg/m^3", "m", "m^2", "m^3", "s")
 """Units of what makes a model another if it vanishes: masses, inertias, lengths, areas, volumes, times."""
 
 NEVER_NEGATIVE = ("kg", "kg.m^2", "kg/m^3", "N/m", "N.m/rad", "N.s/m", "N.m.s/rad", "N.m.s")
-"""Units of what is not negative unless the model says so."""
+"""Units of what is not negative unless the model says so; products of inertia may be."""
+
+OF_MATRIX = re.compile(r"\[(\d+), ?(\d+)\]$")
 
 OF_EXPERIMENTS = ("start", "stop", "step", "tolerance")
 """Numbers of experiments that a page follows when parameters change."""
@@ -340,7 +343,10 @@ def range_of(q: Quantity, value: float, usual: Mapping[str, float]) -> tuple[flo
     size = abs(value)
     if value == 0:
         size = usual.get(q.unit, math.pi if q.unit == "rad" else factor(q.display or q.unit) / factor(q.unit))
-        low, high = (0.0 if q.unit in NEVER_NEGATIVE else -size), size
+        size = min(size, math.pi) if q.unit == "rad" else size
+        entry = OF_MATRIX.search(q.name)
+        positive = q.unit in NEVER_NEGATIVE and (entry is None or entry[1] == entry[2])
+        low, high = (0.0 if positive else -size), size
     elif value < 0:
         low, high = SPAN * value, 0.0
     else:

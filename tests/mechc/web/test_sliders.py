@@ -36,8 +36,9 @@ model Kinds
   parameter Density density = 1000 kg/m^3;
   parameter Mass given = density*1 m^3;
   parameter Mass unused = 1 kg;
+  parameter Inertia J[2, 2] = {{0.3, 0}, {0, 0}} kg.m^2;
   coordinate Length x = 1 m;
-  kinetic 1/2*(m + more + given)*der(x)^2;
+  kinetic 1/2*(m + more + given + sum(J[1, :] + J[2, :])/1 m^2)*der(x)^2;
   potential 1/2*(k + 1 N/m*(e + far + cos(tilt)))*(x - l - aside - shift/1000)^2;
   damping (c + other + third)*(1 + T/1 s) on x;
   force push + pull + 1 N.s/m*w on x;
@@ -70,6 +71,8 @@ def test_ranges_are_those_of_what_a_parameter_is() -> None:
         "e": (0, 1),
         "far": (0.1, 3),
         "tilt": (-pi, pi),
+        "J[1,2]": (-0.3, 0.3),
+        "J[2,2]": (0, 0.3),
     }
     for name, (low, high) in wanted.items():
         assert ends[name] == pytest.approx((low, high), rel=1e-12), name
