@@ -246,26 +246,38 @@ let engine; onmessage = async ({data}) => {
 };`], {type: 'text/javascript'})));
 }
 
-/** A place to run in: a worker, or this thread where there is none. `ask` answers the newest question only. */
+/** A place to run in: a worker, or this thread where there is none. `ask.stop` ends the worker with what it does, and starts another:
+ * its `start` is told so. */
 async function makeRunner(start, module, info) {
-  let ask;
-  try {
-    const worker = start(), waiting = new Map();
-    await new Promise((good, bad) => { worker.onmessage = ({data}) => data.ready && good(); worker.onerror = bad; worker.postMessage({module, info}); });
+  const waiting = new Map();
+  let worker, opened, count = 0;
+  const open = again => new Promise((good, bad) => {
+    worker = start(again);
     worker.onmessage = ({data}) => {
       const w = waiting.get(data.id);
-      if (!w) return;
-      if (data.run) w.run(data.run); else { w.error(data.error); waiting.delete(data.id); }
+      if (data.ready) good();
+      else if (w && data.run) { w.run(data.run); w.ran = true; }
+      else if (w) { w.error(data.error); waiting.delete(data.id); }
     };
-    let count = 0;
-    ask = (settings, dragging, run, error) => {
-      const id = ++count;
-      waiting.set(id, {run, error});
-      worker.postMessage({id, settings, dragging});
+    worker.onerror = e => {
+      bad(e);
+      for (const w of waiting.values()) if (w.ran) w.error(null); else w.run({n: 0, failed: `the run ended: ${e.message}`});
+      waiting.clear();
     };
+    worker.postMessage({module, info});
+  });
+  try {
+    await (opened = open(false));
   } catch {
     const engine = await makeEngine(module, info);
-    ask = (settings, dragging, run, error) => { const r = engine.run(settings); run(r); if (r.n && !dragging) setTimeout(() => error(engine.error(r.n))); };
+    return (settings, dragging, run, error) => { const r = engine.run(settings); run(r); if (r.n && !dragging) setTimeout(() => error(engine.error(r.n))); };
   }
+  const ask = async (settings, dragging, run, error) => {
+    const id = ++count;
+    waiting.set(id, {run, error});
+    await opened;
+    worker.postMessage({id, settings, dragging});
+  };
+  ask.stop = () => { worker.terminate(); waiting.clear(); opened = open(true); };
   return ask;
 }

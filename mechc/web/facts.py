@@ -6,6 +6,8 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, to_builtins
@@ -21,13 +23,28 @@ from .failures import failure_texts
 from .kernels import WebKernel, kernel_for
 
 if TYPE_CHECKING:
+    from mechc.compiler.equations.model import Equations
     from mechc.model import CompiledModel
 
 ROWS = 1001
 """Output times of a page."""
 
 SPAN = 4.0
-"""A slider without limits goes from the value over this to the value times this."""
+"""A slider goes to the value times this, one of what may not vanish from the value over this."""
+
+FAR = 100.0
+"""Declared limits that are as many times smaller or larger than the value exclude what is impossible, and are no range."""
+
+LONG = 1e4
+"""Numbers of settings from which another unit is looked for."""
+
+SIZES = ("kg", "kg.m^2", "kg/m^3", "m", "m^2", "m^3", "s")
+"""Units of what makes a model another if it vanishes: masses, inertias, lengths, areas, volumes, times."""
+
+NEVER_NEGATIVE = ("kg", "kg.m^2", "kg/m^3", "N/m", "N.m/rad", "N.s/m", "N.m.s/rad", "N.m.s")
+"""Units of what is not negative unless the model says so; products of inertia may be."""
+
+OF_MATRIX = re.compile(r"\[(\d+), ?(\d+)\]$")
 
 OF_EXPERIMENTS = ("start", "stop", "step", "tolerance")
 """Numbers of experiments that a page follows when parameters change."""
@@ -170,6 +187,13 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         unit = display.unit(q.unit, q.display)
         return unit, factor(unit) / factor(q.unit)
 
+    def read_in(self, q: Quantity, value: float) -> tuple[str, float]:
+        """Return the unit in which a setting is shown: that of the text, or SI, where the number would be long in the one asked for."""
+        unit, by = self.set_in(q)
+        own = q.display or q.unit
+        in_own = factor(own) / factor(q.unit)
+        return (own, in_own) if abs(value) >= LONG * by and abs(value) < LONG * in_own else (unit, by)
+
     def numbers(self) -> list[str]:
         """Return what the page takes from the numbers of the experiment, in their order; "" where the caller said another."""
         return [
@@ -194,6 +218,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         equations = self.model.compilation.equations
         free = {r.index for r in equations.parameter_rules if not equations.graph.support(r.value)}
         free |= set(range(len(problem.parameters))) - {r.index for r in equations.parameter_rules}
+        free &= parameters_read(equations)
         held = {table.index for table in self.tables}
         starts = {
             k
@@ -210,6 +235,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         }
         turned = [first + k for first in turns for k in range(4)]
         turned += [k for rates in turns.values() for k in rates if k not in starts]
+        usual = self.usual_sizes(found)
         return {
             "turns": [{"index": first, "rates": rates} for first, rates in turns.items()],
             "turned": [
@@ -217,49 +243,38 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                 for k in turned
             ],
             "parameters": [
-                self.slider(q, k, found.p[k], 0.0, self.set_in(q))
+                slider(q, k, found.p[k], range_of(q, found.p[k], usual), self.read_in(q, found.p[k]))
                 for k, q in enumerate(problem.parameters)
                 if k in free
             ],
             "starts": [
-                self.slider(q, k, found.y0[k], found.nominal[k], self.shown(q))
+                slider(q, k, found.y0[k], range_of_start(q, found.y0[k], found.nominal[k]), self.shown(q))
                 for k, q in enumerate(problem.states)
                 if k in starts
             ],
             "inputs": [
-                self.slider(q, k, found.u[k], 0.0, self.set_in(q))
+                slider(q, k, found.u[k], range_of(q, found.u[k], usual), self.read_in(q, found.u[k]))
                 for k, q in enumerate(problem.inputs)
                 if k not in held
             ],
         }
 
+    def usual_sizes(self, found: RunFigures) -> dict[str, float]:
+        """Return by unit how large values are: the median of the parameters and inputs, else the largest in the motion."""
+        sizes: dict[str, list[float]] = {}
+        # constants of the run stand behind the parameters
+        for q, value in zip(
+            (*self.problem.inputs, *self.problem.parameters), (*found.u, *found.p), strict=False
+        ):
+            if q.unit and value != 0 and math.isfinite(value):
+                sizes.setdefault(q.unit, []).append(abs(value))
+        met = {unit: size for unit, size in found.extents.sizes.items() if unit and size > 0}
+        return met | {unit: sorted(of)[len(of) // 2] for unit, of in sizes.items()}
+
     def rates_of(self, first: int) -> list[int]:
         """Return the indices of the angular velocity of the rotation whose quaternion begins at ``first``."""
         problem = self.problem
         return [problem.nq + i for i, of in enumerate(problem.partner) if of == first]
-
-    def slider(
-        self, q: Quantity, index: int, value: float, size: float, shown: tuple[str, float]
-    ) -> dict[str, object]:
-        unit, by = shown
-        if value != 0 and not size:
-            low, high = sorted((value / SPAN, value * SPAN))
-        else:
-            half = max(2 * abs(value), 2 * size) or by
-            half = min(half, math.pi) if q.unit == "rad" and abs(value) <= math.pi else half
-            low, high = min(value, -half), max(value, half)
-        low = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else low
-        high = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else high
-        return {
-            "name": q.name,
-            "index": index,
-            "value": value,
-            "min": min(low, value),
-            "max": max(high, value),
-            "shown": unit,
-            "factor": by,
-            "doc": q.doc,
-        }
 
     # ------------------------------------------------------------ what is shown first
 
@@ -306,6 +321,68 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                 for s in scene.shapes
             ],
         }
+
+
+def parameters_read(equations: Equations) -> set[int]:
+    """Return the parameters that functions of the model read, themselves or through formulas of others."""
+    places = {node: slot.index for node, slot in equations.layout.items() if slot.array == "p"}
+    rules = {rule.index: rule.value for rule in equations.parameter_rules}
+    graph, read = equations.graph, set[int]()
+    ahead = [node for function in equations.functions for node in function.outputs]
+    while ahead:
+        found = {places[node] for node in graph.support(*ahead) if node in places} - read
+        read |= found
+        ahead = [rules[index] for index in found if index in rules]
+    return read
+
+
+def range_of(q: Quantity, value: float, usual: Mapping[str, float]) -> tuple[float, float]:
+    """Return from where to where a parameter or an input may go: to zero where that leaves a model, within declared limits."""
+    least = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else -math.inf
+    most = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else math.inf
+    size = abs(value)
+    if value == 0:
+        size = usual.get(q.unit, math.pi if q.unit == "rad" else factor(q.display or q.unit) / factor(q.unit))
+        size = min(size, math.pi) if q.unit == "rad" else size
+        entry = OF_MATRIX.search(q.name)
+        positive = q.unit in NEVER_NEGATIVE and (entry is None or entry[1] == entry[2])
+        low, high = (0.0 if positive else -size), size
+    elif value < 0:
+        low, high = SPAN * value, 0.0
+    else:
+        low = value / SPAN if least > 0 or (q.unit in SIZES and least != 0) else 0.0
+        high = SPAN * value
+    if q.unit == "rad":
+        low, high = max(low, min(-2 * math.pi, value)), min(high, max(2 * math.pi, value))
+    near = size / FAR, size * FAR
+    low = least if least == 0 or near[0] <= abs(least) <= near[1] else max(low, least)
+    high = most if most == 0 or near[0] <= abs(most) <= near[1] else min(high, most)
+    return min(low, value), max(high, value)
+
+
+def range_of_start(q: Quantity, value: float, size: float) -> tuple[float, float]:
+    """Return from where to where a start value with this nominal value may go."""
+    half = max(2 * abs(value), 2 * size) or 1.0
+    half = min(half, math.pi) if q.unit == "rad" and abs(value) <= math.pi else half
+    low = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else -half
+    high = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else half
+    return min(low, value), max(high, value)
+
+
+def slider(
+    q: Quantity, index: int, value: float, ends: tuple[float, float], shown: tuple[str, float]
+) -> dict[str, object]:
+    """Return what a page is told of a slider; ``shown``: the unit and its value in SI."""
+    return {
+        "name": q.name,
+        "index": index,
+        "value": value,
+        "min": ends[0],
+        "max": ends[1],
+        "shown": shown[0],
+        "factor": shown[1],
+        "doc": q.doc,
+    }
 
 
 def _mesh(path: str) -> dict[str, Any]:

@@ -1,10 +1,16 @@
 // The page: settings ask for a run, the clock moves through it, picture and curves follow.
-const number = v => { const t = String(+v.toPrecision(4)); return !Number.isFinite(v) ? '–' : t.length > 8 ? (+t).toExponential().replace('e+', 'e') : t; };
+const number = v => { const r = +v.toPrecision(4), size = Math.abs(r); return !Number.isFinite(v) ? '–' : r && (size < 1e-3 || size >= 1e6) ? r.toExponential().replace('e+', 'e') : String(r); };
+/** Numbers and units as they are read, not typed: a minus that is no hyphen, kg·m² for kg.m^2. */
+const read = text => text.replace(/-/g, '−');
+const said = v => read(number(v));
+const small = v => read(v.toExponential(1));
+const unitText = unit => unit.replace(/\./g, '·').replace(/\^(-?\d+)/g, (all, n) => [...n].map(c => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]).join(''));
 
-const EVENT_KINDS = ['when', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engage'];
+const EVENT_KINDS = ['of ‘when’', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engagement'];
 const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a8f96', '#5a6068'], dark: ['#6ea8de', '#ef8a70', '#76c294', '#b79be0', '#e0b75a', '#6cc8cf', '#a9b3be']};
 
 const HURRY = 15;  // milliseconds in which a motion is integrated while something is dragged
+const LATE = 500, MOST = 20000;  // milliseconds after which a run gives way to newer settings, and after which it is given up
 const GAUGES = ['bead', 'dial'];
 
 /** The numbers of the picture at any time, and the box that all motion lies in. */
@@ -84,8 +90,10 @@ function motion(run, plan) {
 }
 
 async function start(info, parts) {
-  const $ = id => document.getElementById(id), state = window.page = {ready: false, time: info.start, speed: 1, frames: [], ms: [], runs: 0};
+  const $ = id => document.getElementById(id), state = window.page = {ready: false, time: info.start, speed: 1, frames: [], ms: [], runs: 0, late: LATE, most: MOST};
   const plan = info.scene, dark = matchMedia('(prefers-color-scheme: dark)');
+  let watch = 0, noted = '', pale = '';
+  for (const q of [info.states, info.outputs, info.parameters, info.starts, info.inputs].flat()) q.shown = unitText(q.shown);
   const ink = () => INK[document.documentElement.dataset.theme || (dark.matches ? 'dark' : 'light')];
   const paint = () => { const names = [...new Set(plan.shapes.map(s => s.name))]; for (const s of plan.shapes) s.own = s.kind === 'trail' ? ink()[1] : ink()[(names.indexOf(s.name) + (s.relative ? 6 : 0)) % 7]; };
   paint();
@@ -112,7 +120,7 @@ async function start(info, parts) {
     const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
     const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
     field.setAttribute('aria-label', `${q.name} in ${q.shown || 'a pure number'}`);
-    const text = () => { out.textContent = q.shown; field.value = number(s.value / q.factor); input.value = s.value; input.setAttribute('aria-valuetext', `${number(s.value / q.factor)} ${q.shown}`); row.classList.toggle('changed', s.value !== s.default); };
+    const text = () => { out.textContent = q.shown; field.value = number(s.value / q.factor); input.value = s.value; input.setAttribute('aria-valuetext', `${said(s.value / q.factor)} ${q.shown}`); row.classList.toggle('changed', s.value !== s.default); };
     s.set = (v, dragging) => { s.value = v; text(); integrate(dragging); };
     s.show = v => { s.value = v; text(); };
     s.follow = v => { if (v !== s.default && Number.isFinite(v)) { s.default = v; s.show(v); } };  // set by a formula of others
@@ -155,6 +163,7 @@ async function start(info, parts) {
     pulling = null;
     // long motions are not integrated to their end under a hand or a slider that moves, but to the time shown
     const share = dragging && !play && old && whole.ms > HURRY ? Math.min(1, Math.max(HURRY / whole.ms, (state.time - old.begin) / (old.stop - old.begin))) : 1;
+    watched(begun);
     ask({...settings(), share, ...pull && {pull}}, dragging, run => {
       answered = id;
       state.ms.push(performance.now() - begun);
@@ -163,12 +172,33 @@ async function start(info, parts) {
       if (waiting !== null) { const next = waiting; waiting = null; integrate(next); }
     }, error => { if (id === asked) tellError(error); });
   }
-  function note(text) { $('note').textContent = [state.wrong, text].filter(Boolean).join(' '); }
+  /** A run that takes long is said to. It ends for newer settings, at last once a slider is let go; and where it takes too long, but for the
+   * settings of the text: these were run when this page was written. */
+  function watched(begun) {
+    clearInterval(watch);
+    watch = setInterval(() => {
+      const since = performance.now() - begun, usual = whole.ms ?? 0, late = since > state.late + (waiting === false ? 0 : Math.min(3 * usual, 2000)), most = Math.max(state.most, 10 * usual);
+      if (asked === answered) { clearInterval(watch); return; }
+      if (late) document.body.classList.add('computing');
+      if (!ask.stop) return;
+      if (late && waiting !== null) {
+        const next = waiting;
+        ask.stop(); answered = asked; waiting = null;
+        integrate(next);
+      } else if (since > most && sliders.some(s => s.value !== s.default)) {
+        ask.stop(); answered = asked;
+        show({n: 0, failed: `given up after ${said(most / 1000)} s of computing: move the slider back, or press reset`});
+      }
+    }, 100);
+  }
+  function note(text) { noted = text; $('note').textContent = [state.wrong, [text, pale].filter(Boolean).join('; ')].filter(Boolean).join(' '); }
   function tellError(error) {
     state.error = error;
     if (error?.ms < whole.ms) whole.ms = error.ms;  // the first run compiles what it calls; this one is as long
     const {run} = state, last = run && error?.trusted ? Math.min(...info.states.map((q, k) => trusted({of: 'y', k}))) : Infinity;
-    $('error').textContent = error ? `${error.largest.toExponential(1)} (end ${error.atEnd.toExponential(1)})${last < run?.n ? `; pale: off by more than 1 %, from ${number(run.t[last])} ${info.second}` : ''}` : 'unknown: the second run failed';
+    $('error').textContent = error ? `${small(error.largest)} at most, ${small(error.atEnd)} at the end` : 'unknown: the second run failed';
+    pale = last < run?.n ? `curves are pale from ${said(run.t[last])} ${info.second} on: there, they may be off by more than 1 %` : '';
+    note(noted);
     if (run) draw();
   }
   /** How many points of a quantity are off by less than a share: those of an output by any state. */
@@ -206,6 +236,13 @@ async function start(info, parts) {
     }
     return {worst, relative: size > 0 ? worst / size : null};
   }
+  /** What native runs remark, too (remarks.py): bodies of negative mass move, but not as anything does. */
+  function remark(run) {
+    const k = info.outputs.findIndex(q => q.name === 'energy.kinetic');
+    let low = 0, size = 0;
+    for (let i = k; k >= 0 && i < run.n * run.nOut; i += run.nOut) { low = Math.min(low, run.out[i]); size = Math.max(size, Math.abs(run.out[i])); }
+    return low < -1e-12 * size ? `the kinetic energy falls to ${said(low / info.outputs[k].factor)} ${info.outputs[k].shown}: a mass or an inertia is negative, if this is not meant so` : '';
+  }
   function show(run) {
     fail(run);
     if (!run.n) return;
@@ -213,20 +250,21 @@ async function start(info, parts) {
     if (run.share === 1) whole = {ms: run.ms, end: run.all.t.at(-1)};
     state.run = run; state.runs++;
     for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
-    Object.assign($('time'), {min: run.start, max: run.stop});
+    Object.assign($('time'), {min: run.start, max: Math.max(whole.end, run.all.t.at(-1))});  // as that of the curves
     moving = motion(run, plan);
     if (scene && !hand?.holds() && run.share === 1) scene.fit(moving.box());
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${number(run.cut)}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
-    $('energy').textContent = balance ? `${(balance.worst / info.joule[1]).toExponential(1)} ${info.joule[0]}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
+    $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])} ${unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest`}` : 'none is known';
     state.energy = balance;
     if (run.error !== undefined) tellError(run.error); else { state.error = null; $('error').textContent = '…'; draw(); }
     go(Math.min(Math.max(state.time, run.t[0]), run.t[run.n - 1]));
   }
   /** What failed is said over the picture; where nothing moved, nothing of an earlier motion stays in sight. */
   function fail(run) {
+    pale = '';
     document.body.classList.toggle('still', !run.n);
-    fails(run.failed || '');
+    fails([remark(run), run.failed].filter(Boolean).join('; '));
     if (run.n) { if (resume) playing(true); resume = false; return; }
     state.run = null; state.runs++;
     resume ||= play;
@@ -241,7 +279,8 @@ async function start(info, parts) {
     curves.set(run.all.t, names.map(n => { const q = column(n); return {name: named(q), data: series(q), stride: 1, offset: 0, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)));
     const a = column($('across').value), b = column($('up').value);
     phase.set(series(a), series(b), named(a), named(b), Math.min(trustedRows(a), trustedRows(b)));
-    $('events').textContent = run.events.length ? `${run.events.length} events: ${Object.entries(run.events.reduce((m, e) => ({...m, [EVENT_KINDS[e.kind]]: (m[EVENT_KINDS[e.kind]] || 0) + 1}), {})).map(([k, v]) => `${v} ${k}`).join(', ')}` : 'none';
+    const counts = EVENT_KINDS.map((name, kind) => [run.events.filter(e => e.kind === kind).length, name]).filter(([n]) => n);
+    $('events').textContent = `${counts.length > 1 ? `${run.events.length}: ` : ''}${counts.map(([n, name]) => `${n} ${name}${n > 1 && name !== EVENT_KINDS[0] ? 's' : ''}`).join(', ') || 'none'}`;
   }
 
   // ------------------------------------------------------------ time
@@ -257,7 +296,7 @@ async function start(info, parts) {
       scene.draw(moving);
     }
     curves.mark(time); phase.mark(placed(column($('across').value), at), placed(column($('up').value), at));
-    $('time').value = time; $('clock').textContent = `${time.toFixed(info.digits)} ${info.second}`;
+    $('time').value = time; $('clock').textContent = `${read(time.toFixed(info.digits))} ${info.second}`;
     $('time').setAttribute('aria-valuetext', $('clock').textContent);
     const w = performance.now() - begun;
     state.frames.push(w); if (state.frames.length > 600) state.frames.shift();

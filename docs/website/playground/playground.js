@@ -98,7 +98,10 @@ function show(html, module) {
   coming?.remove();
   const host = $('motion'), frame = coming = document.createElement('iframe');
   frame.className = 'coming'; frame.title = 'motion'; frame.srcdoc = html;
-  frame.runner = info => makeRunner(() => runner, module, info);
+  frame.runner = info => makeRunner(again => {
+    if (again || host.querySelector('iframe:not(.coming)')?.contentWindow?.page?.idle?.() === false) { runner.terminate(); runner = startWorker($('engine').textContent); }
+    return runner;
+  }, module, info);
   host.append(frame);
   return new Promise(done => {
     const until = performance.now() + 20000;

@@ -238,7 +238,7 @@ def test_curves_are_pale_from_where_they_are_unknown(browser: Any, tmp_path: Pat
         abs(times[trusted[0]] - times[np.argmax(apart)]) < 4
     )  # ln(10) over the exponent, for the two compilers
     assert trusted[2] == rows and 0 < times[trusted[0]] < 38
-    assert "pale: off by more than 1 %, from" in opened.ask("document.getElementById('error').textContent")
+    assert "; curves are pale from" in opened.ask("document.getElementById('note').textContent")
     assert opened.said == []
 
 

@@ -1,0 +1,239 @@
+"""Sliders and what they lead to: ranges, impossible values, runs that take too long, one scale of time, and how a page words its figures."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browsers import Opened, needs_browser, running_browser
+
+import mechc
+from mechc.web.page import page
+from mechc.web.run_facts import facts_of
+
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
+
+KINDS = """
+model Kinds
+  parameter Mass m = 2 kg;
+  parameter Mass more = 0 kg;
+  parameter Length l = 0.5 m;
+  parameter Length aside = 0 m;
+  parameter Force push = -8 N;
+  parameter Force pull = 0 N;
+  parameter Stiffness k = 50 N/m;
+  parameter Damping c = 0 N.s/m;
+  parameter Damping other = 3 N.s/m;
+  parameter Damping third = 1 N.s/m;
+  parameter Time T(min = 1e-12 s) = 2 ms;
+  parameter e(min = 0, max = 1) = 0.5;
+  parameter far(min = 0.1, max = 3) = 1;
+  parameter Angle tilt = 0 rad;
+  parameter shift = 1e3 m;
+  parameter w = 30 m/s;
+  parameter Density density = 1000 kg/m^3;
+  parameter Mass given = density*1 m^3;
+  parameter Mass unused = 1 kg;
+  parameter Inertia J[2, 2] = {{0.3, 0}, {0, 0}} kg.m^2;
+  coordinate Length x = 1 m;
+  kinetic 1/2*(m + more + given + sum(J[1, :] + J[2, :])/1 m^2)*der(x)^2;
+  potential 1/2*(k + 1 N/m*(e + far + cos(tilt)))*(x - l - aside - shift/1000)^2;
+  damping (c + other + third)*(1 + T/1 s) on x;
+  force push + pull + 1 N.s/m*w on x;
+  experiment(stop = 1 s, display = "mm"{given});
+end Kinds;
+"""
+
+
+def sliders(text: str) -> dict[str, Any]:
+    facts = facts_of(mechc.loads(text, keep={"scene"}), {}, None, {"method": "dop853"})
+    told: Any = facts.told(recorded=True)
+    return {q["name"]: q for group in ("parameters", "inputs") for q in told[group]}
+
+
+def test_ranges_are_those_of_what_a_parameter_is() -> None:
+    """Zero where it leaves a model, no negative mass, sizes of others of the unit, limits that are no mere guard."""
+    found = sliders(KINDS.replace("{given}", ""))
+    ends = {name: (q["min"], q["max"]) for name, q in found.items()}
+    pi = 3.141592653589793
+    wanted = {
+        "m": (0.5, 8),
+        "more": (0, 2),
+        "l": (0.125, 2),
+        "aside": (-1000, 1000),
+        "push": (-32, 0),
+        "pull": (-8, 8),
+        "k": (0, 200),
+        "c": (0, 3),
+        "T": (0.5e-3, 8e-3),
+        "e": (0, 1),
+        "far": (0.1, 3),
+        "tilt": (-pi, pi),
+        "J[1,2]": (-0.3, 0.3),
+        "J[2,2]": (0, 0.3),
+    }
+    for name, (low, high) in wanted.items():
+        assert ends[name] == pytest.approx((low, high), rel=1e-12), name
+
+
+def test_parameters_that_reach_no_equation_have_no_slider() -> None:
+    assert "density" in sliders(KINDS.replace("{given}", ""))
+    assert "unused" not in sliders(KINDS.replace("{given}", ""))
+    given = sliders(KINDS.replace("given = density*1 m^3", "given = 4 kg").replace("{given}", ""))
+    assert "density" not in given and "given" in given
+
+
+def test_long_numbers_of_settings_are_shown_in_units_of_the_text() -> None:
+    found = sliders(KINDS.replace("{given}", ""))
+    assert (found["w"]["shown"], found["w"]["factor"]) == ("m/s", 1.0)
+    assert (found["l"]["shown"], found["l"]["factor"]) == ("mm", 0.001)
+
+
+# ---------------------------------------------------------------- in a browser
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    yield from running_browser()
+
+
+def opened(browser: Any, folder: Path, model: mechc.Model, **options: Any) -> Opened:
+    path = folder / "page.html"
+    path.write_text(page(model))
+    return Opened(browser, path, **options)
+
+
+FAILURE = "document.getElementById('failure').textContent"
+
+SAMPLED = """
+model Sampled
+  parameter Time T(min = 1e-12 s) = 10 ms;
+  parameter Mass m = 1 kg;
+  discrete Real n = 0;
+  coordinate Length x = 1 m;
+  kinetic 1/2*m*der(x)^2;
+  potential 1/2*5 N/m*x^2;
+  when sample(T) then n := n + 1; end when;
+  experiment(stop = 1 s);
+end Sampled;
+"""
+
+
+@needs_browser
+def test_a_run_that_takes_too_long_is_ended(browser: Any, tmp_path: Path) -> None:
+    """1e12 samples: a newer setting comes through at once, and without one the page says why nothing moves."""
+    page_ = opened(browser, tmp_path, mechc.loads(SAMPLED))
+    before = page_.ask("page.series('x').at(-1)")
+    page_.ask("Object.assign(page, {late: 100, most: 1e6})")
+    page_.ask("void page.sliders.find(s => s.name === 'T').set(1e-12, false)")
+    page_.wait("document.body.classList.contains('computing')")
+    assert page_.ask("getComputedStyle(document.getElementById('computing')).display") == "block"
+    page_.ask("page.most = 1000")
+    page_.wait(f"{FAILURE} !== ''")
+    assert page_.ask(FAILURE) == "given up after 1 s of computing: move the slider back, or press reset"
+    assert page_.ask("page.run") is None
+    page_.ask("page.most = 1e6")
+    page_.ask("void page.sliders.find(s => s.name === 'T').set(2e-12, false)")
+    page_.ask("document.getElementById('reset').click()")
+    page_.wait("page.idle()")
+    assert page_.ask("page.series('x').at(-1)") == before and page_.ask(FAILURE) == ""
+    assert page_.ask("!document.body.classList.contains('computing')")
+    assert page_.said == []
+
+
+ENDED = """
+model Ended
+  parameter Mass m = 1 kg;
+  coordinate Length x = 0 m;
+  initial der(x) = 1 m/s;
+  kinetic 1/2*m*der(x)^2;
+  potential 0 N*x;
+  when x > 0.25 m then terminate("there"); end when;
+  experiment(stop = 2 s);
+end Ended;
+"""
+
+
+@needs_browser
+def test_slider_and_curves_have_one_scale_of_time(browser: Any, tmp_path: Path) -> None:
+    page_ = opened(browser, tmp_path, mechc.loads(ENDED))
+    assert page_.ask("+document.getElementById('time').max") == pytest.approx(0.25, abs=1e-9)
+    page_.ask("page.go(0.125)")
+    time, mark, box = (
+        page_.ask(
+            f"(({{left, width}}) => [left, width])(document.querySelector('{place}').getBoundingClientRect())"
+        )
+        for place in ("#time", ".marker", "#plot")
+    )
+    assert time[1] > 0
+    share = page_.ask("(e => (e.value - e.min)/(e.max - e.min))(document.getElementById('time'))")
+    assert share == pytest.approx(0.5, abs=1e-6)
+    assert (mark[0] - box[0] - 58) / (box[1] - 58 - 12) == pytest.approx(share, abs=0.02)
+    assert page_.ask("document.getElementById('events').textContent") == "1 of ‘when’"
+
+
+@needs_browser
+def test_negative_masses_are_said(browser: Any, tmp_path: Path) -> None:
+    page_ = opened(browser, tmp_path, mechc.loads(ENDED))
+    assert page_.ask(FAILURE) == ""
+    page_.ask("page.sliders.find(s => s.name === 'm').set(-1, false)")  # as typed: the slider ends before
+    page_.wait("page.idle()")
+    said = page_.ask(FAILURE)
+    assert (
+        said
+        == "the kinetic energy falls to −0.5 J: a mass or an inertia is negative, if this is not meant so"
+    )
+    native = mechc.loads(ENDED).simulate(set={"m": -1})
+    assert said.replace("−", "-") in str(native)
+
+
+@needs_browser
+def test_numbers_and_units_are_worded_in_one_way(browser: Any, tmp_path: Path) -> None:
+    page_ = opened(browser, tmp_path, mechc.loads(KINDS.replace("{given}", "")))
+    for value, text in {
+        2e7: "2e7",
+        8.333e-12: "8.333e-12",
+        1.49e-4: "1.49e-4",
+        0.025: "0.025",
+        0: "0",
+        -1234.56: "-1235",
+    }.items():
+        assert page_.ask(f"number({value})") == text
+    for unit, text in {
+        "kg.m^2": "kg·m²",
+        "N.m.s": "N·m·s",
+        "s^-1": "s⁻¹",
+        "m^3/s/Pa": "m³/s/Pa",
+        "": "",
+    }.items():
+        assert page_.ask(f"unitText('{unit}')") == text
+    assert page_.ask("said(-2.5e-4)") == "−2.5e−4"
+    header = page_.ask("document.querySelector('dl').innerText")
+    assert "of the largest" in header and "(" not in header and "-" not in header
+
+
+@needs_browser
+def test_the_header_does_not_grow_when_the_error_arrives(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.load(EXAMPLES / "double_pendulum.mech")))
+    for width in (1440, 1100, 390):
+        page_ = Opened(browser, path, viewport={"width": width, "height": 800})
+        page_.wait("page.error")
+        after = page_.ask("document.querySelector('header').offsetHeight")
+        page_.ask("document.getElementById('error').textContent = '…'")
+        assert page_.ask("document.querySelector('header').offsetHeight") == after, width
+        page_.tab.close()
+
+
+@needs_browser
+def test_fingers_find_all_controls(browser: Any, tmp_path: Path) -> None:
+    page_ = opened(browser, tmp_path, mechc.loads(ENDED), viewport={"width": 390, "height": 844})
+    small = page_.ask(
+        """[...document.querySelectorAll('button, select, #time, fieldset input[type=range], #bar label, #choose label')]
+        .filter(e => e.offsetParent).map(e => [e.id || e.tagName, e.getBoundingClientRect()])
+        .filter(([, r]) => r.height < 40 || r.width < 40).map(([name, r]) => [name, r.width, r.height])"""
+    )
+    assert small == []
+    assert page_.ask("document.documentElement.scrollWidth") <= 390
