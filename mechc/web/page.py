@@ -138,8 +138,8 @@ def _scripts(size: int) -> str:
     return packed(json.dumps({name: COMMENTS.sub("", text) for name, text in texts.items()}).encode())
 
 
-COMMENTS = re.compile(r"^ *(//[^\n]*\n|/\*\*.*?\*/\n|)", re.MULTILINE | re.DOTALL)
-"""Those that have their lines to themselves, and what lines begin with."""
+COMMENTS = re.compile(r"^ *(//[^\n]*\n|/\*\*.*?\*/\n|)|  // [^\n'\"`]*$", re.MULTILINE | re.DOTALL)
+"""Those that have their lines to themselves, those at ends of lines, and what lines begin with."""
 
 
 def page_text(name: str) -> str:
