@@ -117,7 +117,7 @@ class Painter:
     def _box(self, also: Sequence[Array]) -> tuple[Array, Array]:
         """Return two corners [3] that hold all that is drawn."""
         points: list[Array] = [*also]
-        for shape in (s for s in self.scene.shapes if s.kind not in GAUGES):
+        for shape in (s for s in self.scene.shapes if s.kind not in (*GAUGES, "plane")):
             values = self.moved[:, list(shape.numbers)]
             if shape.kind in ("line", "spring"):
                 count = 6 if shape.kind == "spring" else values.shape[1]
@@ -243,6 +243,8 @@ class Painter:
             case "mesh":
                 corners = np.array(drawn_triangles(shape.text)).reshape(-1, 3) * v[12:15]
                 self.strokes.faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
+            case "plane":
+                self._plane(v, ink, opacity)
             case "polygon":
                 corners = _placed(v, v[12:].reshape(-1, 3))
                 self.strokes.faces(corners[None], ink, opacity)
@@ -282,6 +284,26 @@ class Painter:
                 h = v[13] / 2
                 profile = np.array([[-h, 0], [-h, v[12]], [h, v[12]], [h, 0]])
                 self._turned(v, v[14:17], profile, ink, opacity, convex=True)
+
+    def _plane(self, v: Array, ink: str, opacity: float) -> None:
+        """Paint what of an endless plane lies in the picture."""
+        normal = v[12:15] @ v[3:12].reshape(3, 3)
+        normal = normal / (np.linalg.norm(normal) or 1.0)
+        middle = (self.low + self.high) / 2
+        middle = middle - ((middle - v[:3]) @ normal) * normal
+        side = np.cross(normal, np.eye(3)[2 if self.flat else int(np.argmin(np.abs(normal)))])
+        if not (length := float(np.linalg.norm(side))):
+            return  # the plane of the picture
+        a = side / length
+        b = np.cross(normal, a)
+        half = 0.35 * self.size
+        if not self.flat:
+            corners = np.array([a + b, a - b, -a - b, -a + b]) * half
+            self.strokes.faces((middle + corners)[None], ink, 0.3 * opacity)
+            return
+        spans = [(self.high[k] - self.low[k]) / abs(a[k]) for k in range(2) if abs(a[k]) > 1e-9]
+        half = min(spans) / 2
+        self.strokes.line(middle + np.outer([-half, half], a), ink, 1.5, opacity)
 
     def _turned(
         self, v: Array, axis: Array, profile: Array, ink: str, opacity: float, convex: bool = False

@@ -54,12 +54,14 @@ function motion(run, plan) {
   /** The box around shapes in rows of the picture. */
   function box(list = spread, shapes = plan.shapes) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    let floor;
     const see = (p, r) => { for (let k = 0; k < 3; k++) { if (p[k] - r < low[k]) low[k] = p[k] - r; if (p[k] + r > high[k]) high[k] = p[k] + r; } };
     for (const shape of shapes) if (!GAUGES.includes(shape.kind)) for (const i of list) {
       const v = shape.numbers.map(k => scene[i * m + k]);
       if (v.some(x => !Number.isFinite(x))) continue;
       const turned = (a, b, d) => [0, 1, 2].map(k => v[k] + a * v[3 + k] + b * v[6 + k] + d * v[9 + k]);
       switch (shape.kind) {
+        case 'plane': { const n = [0, 1, 2].map(k => v[12] * v[3 + k] + v[13] * v[6 + k] + v[14] * v[9 + k]), [height, along] = [v, n].map(p => plan.up.reduce((sum, u, k) => sum + u * p[k], 0)); if (along > 0.999 * Math.hypot(...n)) floor = height; break; }
         case 'line': for (let k = 0; k + 2 < v.length; k += 3) see(v.slice(k, k + 3), 0); break;
         case 'spring': see(v.slice(0, 3), 0); see(v.slice(3, 6), 0); break;
         case 'arrow': case 'trail': case 'text': case 'mass': see(v, 0); break;
@@ -79,7 +81,7 @@ function motion(run, plan) {
     }
     if (!(high[0] >= low[0])) return {low: [-1, -1, -1], high: [1, 1, 1], size: 2};
     const size = Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1;
-    return {low, high, size};
+    return {low, high, size, floor};
   }
   const ranges = new Map(plan.shapes.filter(s => GAUGES.includes(s.kind)).map(s => {
     let low = Infinity, high = -Infinity;
@@ -100,7 +102,7 @@ function motion(run, plan) {
       const {i, s} = at, [a, b] = [i, Math.min(i + 1, n - 1)].map(i => { const b = box([i], movers); return (b.low[k] + b.high[k]) / 2; });
       const low = [...whole.low], high = [...whole.high], middle = a + s * (b - a);
       low[k] = middle - AFAR / 2 * long; high[k] = middle + AFAR / 2 * long;
-      return {low, high, size: Math.hypot(...low.map((v, j) => high[j] - v))};
+      return {low, high, size: Math.hypot(...low.map((v, j) => high[j] - v)), floor: whole.floor};
     }};
   }
   return {

@@ -79,6 +79,16 @@ function makeScene(host, plan) {
       case 'sphere': return circle(v, s.relative ? small : v[12], colour, !s.relative);
       case 'disk': case 'torus': return circle(v, s.relative ? small : v[12], colour, !s.relative);
       case 'mass': return circle(v, small * 2.2 * Math.cbrt(Math.abs(v[3]) / (state.heaviest || 1)), colour, false);
+      case 'plane': {
+        let n = [3, 4].map(k => v[12] * v[k] + v[13] * v[k + 3] + v[14] * v[k + 6]), l = Math.hypot(...n);
+        if (l < 1e-9) return null;
+        n = n.map(x => x / l);
+        const [tx, ty] = [-n[1], n[0]], dash = 14 / view.scale, far = Math.ceil((wide + high) / 14), from = Math.round(((view.x - v[0]) * tx + (view.y - v[1]) * ty) / dash), at = (s, d) => [v[0] + dash * (s * tx - d * n[0]), v[1] + dash * (s * ty - d * n[1])];
+        path([at(from - far, 0), at(from + far, 0)]); c.stroke();
+        c.lineWidth = 1; c.beginPath();
+        for (let s = from - far; s <= from + far; s++) { c.moveTo(...px(...at(s, 0))); c.lineTo(...px(...at(s - 0.6, 0.6))); }
+        return c.stroke();
+      }
       case 'polygon': return solid(triples(v, 12).map(([a, b]) => corner(v, a, b)), colour);
       case 'curve': path(triples(v, 12).map(([a, b]) => corner(v, a, b))); return c.stroke();
       case 'line': path(triples(v, 0)); c.lineWidth = 2.4; c.lineCap = 'round'; return c.stroke();

@@ -27,13 +27,15 @@ function inTwo(c, n, trusted, point) {
 
 const MOST_LINES = 3, NAME_LINE = 15, LEAST_PANEL = 64;  // lines of names above curves, pixels of one, and of a panel
 
-/** Curves in panels, at most so many: one for each unit, and for what would hardly move beside larger ones. */
+/** Curves in panels, at most so many: one for each unit, and for what would hardly move beside larger ones, but not for what hardly does. */
 function panelsOf(curves, most) {
   const panels = [];
   for (const list of grouped(curves, s => s.unit)) {
-    let rest = [...list].sort((a, b) => b.high - b.low - a.high + a.low);
+    const span = s => s.high - s.low;
+    let rest = [...list].sort((a, b) => span(b) - span(a));
+    const widest = span(rest[0]), least = s => Math.max(1e-3 * Math.max(s.high, -s.low), 1e-4 * widest);
     while (rest.length) {
-      const own = rest.filter(s => !(s.high > s.low) || s.high - s.low > (rest[0].high - rest[0].low) / 12);
+      const own = rest.filter((s, k) => !k || !(span(s) > least(s)) || span(s) > span(rest[0]) / 12);
       panels.push(own); rest = rest.filter(s => !own.includes(s));
     }
   }

@@ -254,6 +254,10 @@ function makeScene(host, plan) {
       case 'cone': return solid('cone').pose(along(v, [v[14], v[15], v[16]], v[13], v[12], false));
       case 'disk': { const r = s.relative ? small : v[12]; return solid('cylinder').pose(along(v, [v[13], v[14], v[15]], r * 0.08, r, true)); }
       case 'torus': return solid('torus').pose(along(v, [v[14], v[15], v[16]], v[13] * 10, v[12], true));
+      case 'plane': {  // a level one is the floor
+        const n = unit(sub(world(v, v[12], v[13], v[14]), v)), a = unit(cross(n, Math.abs(n[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), wide = dot(n, plan.up) > 0.999 ? 0 : size / 2;
+        return solid('box').pose(frame(scaled(a, wide), scaled(cross(n, a), wide), scaled(n, size * 0.002), v.subarray(0, 3)));
+      }
       case 'mesh': { const [X, Y, Z] = axes(v); const it = items[k] ??= stage.solid('mesh' + k, colour, plan.meshes[s.text]); return it.pose(frame(scaled(X, v[12]), scaled(Y, v[13]), scaled(Z, v[14]), v.subarray(0, 3))); }
       case 'surface': {
         if (!items[k]) items[k] = stage.solid('surface' + k, colour, grid(v, s.grid));
@@ -280,7 +284,7 @@ function makeScene(host, plan) {
     fit(box) {
       size = box.size;
       const {camera} = stage, middle = box.low.map((v, k) => (v + box.high[k]) / 2), h = plan.up.findIndex(x => x === 1);
-      stage.lay(box.low[h] - size * 0.02, middle, size * 1.6);
+      stage.lay(box.floor ?? box.low[h] - size * 0.02, middle, size * 1.6);
       if (!camera.moved) { camera.target = middle; camera.box = box; camera.elevation = plan.flat ? 0.12 : 0.3; camera.azimuth = plan.flat ? -1.35 : -1.1; }
     },
     draw(state) {

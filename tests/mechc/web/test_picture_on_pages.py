@@ -253,3 +253,32 @@ def test_trails_in_space_follow_the_theme(browser: Any, tmp_path: Path) -> None:
     assert tab.ask(count, light) > 30 and tab.ask(count, dark) < 5
     tab.ask("document.getElementById('theme').click()")
     assert tab.ask(count, dark) > 30 and tab.ask(count, light) < 5
+
+
+FLOORS = {
+    "planar": """import mech.planar.*; import mech.shapes.*;
+    gravity {0, -9.81} m/s^2; Disk ball(r = 10 cm, m = 1 kg); Free flight(world -> ball.a, y = 10 cm, der(x) = 1 m/s);
+    shape floor: Plane on world; shape Sphere(r = 10 cm) on ball; contact floor with ball friction 0.3;
+    experiment(stop = 1 s);""",
+    "spatial": """import mech.spatial.*; import mech.shapes.*;
+    gravity {0, 0, -9.81} m/s^2; Body ball(m = 1 kg, com = {0, 0, 0} m, J = diag({1, 1, 1} kg.m^2)); Free flight(world -> ball.a, position = {0, 0, 0.5} m, der(position) = {1, 0, 0} m/s);
+    shape floor: Plane on world at {0, 0, 5 cm}; shape Sphere(r = 10 cm) on ball; contact floor with ball friction 0.3;
+    experiment(stop = 0.2 s);""",
+}
+
+
+def test_an_endless_plane_is_drawn_across_the_picture(browser: Any, tmp_path: Path) -> None:
+    """Grey pixels of the line over the whole width; a floor in space lies where it is, not below what moves."""
+    tab = opened(browser, tmp_path, FLOORS["planar"])
+    count = """() => {
+      const canvas = document.querySelector('#scene canvas'), {y, scale} = page.project([0, 0, 0]);
+      const {data} = canvas.getContext('2d').getImageData(0, Math.round(y), canvas.width, 1);
+      let n = 0;
+      for (let k = 0; k < data.length; k += 4) if (Math.abs(data[k] - 128) < 60 && data[k] === data[k + 1] && data[k] === data[k + 2]) n++;
+      return n / canvas.width;
+    }"""
+    tab.ask("page.go(0.5)")
+    assert tab.ask(count) > 0.8
+    space = opened(browser, tmp_path, FLOORS["spatial"])
+    assert space.ask("motion(page.run, page.info.scene).box().floor") == pytest.approx(0.05)
+    assert space.said == tab.said == []
