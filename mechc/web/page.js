@@ -149,6 +149,7 @@ async function start(info, parts) {
   paint();
   const columns = [...info.states.map((q, k) => ({...q, of: 'y', k})), ...info.outputs.map((q, k) => ({...q, of: 'out', k}))].filter((q, k, all) => all.findIndex(c => c.name === q.name) === k);
   for (const s of plan.shapes) if (GAUGES.includes(s.kind)) { const q = columns.find(c => c.name === s.text); s.factor = q?.factor || 1; s.unit = q?.shown || ''; s.quantity = q?.unit ?? ''; }
+  $('scene').setAttribute('aria-label', `${info.name}: moving picture. The curves show the same motion.`);
   const scene = plan.shapes.length ? makeScene($('scene'), plan) : null;
   if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
   const rows = plan.shapes.filter(s => GAUGES.includes(s.kind));
