@@ -126,13 +126,25 @@ function motion(run, plan) {
   };
 }
 
+const unitOf = d => { const n = Math.hypot(...d) || 1; return d.map(v => v / n); };
 const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5], FRACTIONS = {0.25: '¼', 0.5: '½'};
-/** How fast a run is played at first: so that nothing turns by more than 20 degrees between frames, unless that took a minute, that a short run
- * is seen for three seconds, and a long one in ten. */
-function paceOf(run, info) {
-  const long = run.t[run.n - 1] - run.t[0];
+/** How fast a run is played at first: so that nothing is seen to turn by more than 20 degrees between frames, unless that took a minute, that a
+ * short run is seen for three seconds, and a long one in ten. */
+function paceOf(run, plan) {
+  const long = run.t[run.n - 1] - run.t[0], {scene, nScene: m, t} = run;
   let fastest = 0;
-  info.states.forEach((q, k) => { if (q.unit === 'rad/s') for (let i = k; i < run.n * run.ny; i += run.ny) fastest = Math.max(fastest, Math.abs(run.y[i])); });
+  for (const {kind, numbers, relative} of plan.shapes) {
+    const line = kind === 'line' || kind === 'spring';
+    if (kind !== 'dial' && !line && (relative || numbers.length < 12 || kind === 'sphere' && plan.size === 3)) continue;
+    const value = (i, k) => scene[i * m + numbers[k]];
+    const axes = i => line ? [unitOf([3, 4, 5].map(k => value(i, k) - value(i, k - 3)))] : [3, 6, 9].map(k => [value(i, k), value(i, k + 1), value(i, k + 2)]);
+    for (let i = 1, before = kind === 'dial' || axes(0); i < run.n; i++) {
+      const now = kind === 'dial' || axes(i), h = t[i] - t[i - 1];
+      const turned = kind === 'dial' ? Math.abs(value(i, 0) - value(i - 1, 0)) : Math.max(...now.map((a, j) => 2 * Math.asin(Math.min(1, Math.hypot(...a.map((v, k) => v - before[j][k])) / 2))));
+      if (turned > fastest * h && h > 0) fastest = turned / h;
+      before = now;
+    }
+  }
   const most = Math.min(long / 3, Math.max(Math.PI / 9 * 60 / fastest, long / 60)), fits = s => s <= most;
   if (!(long > 0)) return 1;
   if (long > 120) return round125(long / 10);
@@ -278,7 +290,7 @@ async function start(info, parts) {
     state.run = run; state.runs++;
     for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
     Object.assign($('time'), {min: run.start, max: run.stop});
-    if (!$('speed').length) offer(paceOf(run, info));
+    if (!$('speed').length) offer(paceOf(run, plan));
     moving = motion(run, plan);
     if (scene && !hand?.holds() && run.share === 1) {
       follows = moving.following();

@@ -143,6 +143,25 @@ def test_the_speed_lets_the_motion_be_seen(
     assert turns <= 1 or stop / found >= 59
 
 
+BAR = """
+import mech.planar.*;
+Bar bar(m = 1 kg, l = 1 m);
+Revolute hinge(world -> bar.a, der(angle) = 140 rad/s);
+experiment(stop = 4 s);
+"""
+UNSEEN = """
+coordinate Angle phi = 0 rad; initial der(phi) = 140 rad/s; kinetic 1/2*1 kg.m^2*der(phi)^2;
+draw box({1, 0.1} m) at {0, 0} m;
+experiment(stop = 4 s);
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("text", "speed"), [(BAR, 0.1), (UNSEEN, 1)])
+def test_the_speed_is_that_of_what_is_seen(text: str, speed: float, browser: Any, tmp_path: Path) -> None:
+    assert opened(browser, tmp_path, text).ask("page.speed") == speed
+
+
 MIXED = """
 coordinate Length s = 1 m; coordinate Length large = 200 m; coordinate Angle phi = 0.1 rad; coordinate Length still = 3 m;
 kinetic 1/2*1 kg*(der(s)^2 + der(large)^2 + der(still)^2) + 1/2*1 kg.m^2*der(phi)^2;
