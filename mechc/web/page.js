@@ -290,7 +290,6 @@ async function start(info, parts) {
     state.run = run; state.runs++;
     for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
     Object.assign($('time'), {min: run.start, max: run.stop});
-    if (!$('speed').length) offer(paceOf(run, plan));
     moving = motion(run, plan);
     if (scene && !hand?.holds() && run.share === 1) {
       follows = moving.following();
@@ -302,6 +301,7 @@ async function start(info, parts) {
       }
       scene.fit(moving.box());
     }
+    if (!$('speed').length) offer(paceOf(run, plan));
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${number(run.cut)}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
     $('energy').textContent = balance ? `${(balance.worst / info.joule[1]).toExponential(1)} ${info.joule[0]}${balance.relative === null ? '' : ` (${balance.relative.toExponential(1)})`}` : 'none is known';
