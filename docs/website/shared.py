@@ -17,7 +17,7 @@ from mechc.web.page import equations_of, joined, module_of_run
 from mechc.web.run_facts import RunFacts
 
 LIVE = re.compile(
-    r"<script>\n(?P<head>const DIGITS.*?)</script>\n<script>\nbegin\((?P<parts>\{.*?\})\);\n",
+    r"<script>\n(?P<head>async function unpack.*?)</script>\n<script>\nbegin\((?P<parts>\{.*?\})\);\n",
     re.DOTALL,
 )
 POLICY = "script-src 'unsafe-inline'"
@@ -67,7 +67,7 @@ def _code(head: str, scripts: str) -> tuple[str, str]:
 @cache
 def _kernel(kernel: WebKernel) -> tuple[str, str]:
     """Return the name and the text of the script with a kernel."""
-    return f"kernel-{kernel.name}.js", f"const KERNEL = '{packed(kernel.file.read_bytes())}';\n"
+    return f"kernel-{kernel.name}.js", f'const KERNEL = "{packed(kernel.file.read_bytes())}";\n'
 
 
 def taken_apart(module: bytes, kernel: WebKernel) -> tuple[bytes, list[tuple[int, int, int]]]:

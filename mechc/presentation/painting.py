@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -23,6 +24,12 @@ AXES = ("#d1493f", "#3f9b57", "#3572b0")
 """Of x, y and z of a frame."""
 TRAIL, ROUGH = 1500, 200
 """Points of a path; times at which it is looked at how far all goes."""
+FLAT = 8
+"""What extends over less than this part of a scale has one of its own."""
+NAMED = 12
+"""Pixels of rows that have their names in thumbnails."""
+INDICES = re.compile(r"\[[^\]]*\]")
+
 GAUGES = ("bead", "dial")
 """Shapes without a place."""
 ROADS = 6
@@ -117,7 +124,7 @@ class Painter:
     def _box(self, also: Sequence[Array]) -> tuple[Array, Array]:
         """Return two corners [3] that hold all that is drawn."""
         points: list[Array] = [*also]
-        for shape in (s for s in self.scene.shapes if s.kind not in GAUGES):
+        for shape in (s for s in self.scene.shapes if s.kind not in (*GAUGES, "plane")):
             values = self.moved[:, list(shape.numbers)]
             if shape.kind in ("line", "spring"):
                 count = 6 if shape.kind == "spring" else values.shape[1]
@@ -243,6 +250,8 @@ class Painter:
             case "mesh":
                 corners = np.array(drawn_triangles(shape.text)).reshape(-1, 3) * v[12:15]
                 self.strokes.faces(_placed(v, corners).reshape(-1, 3, 3), ink, opacity)
+            case "plane":
+                self._plane(v, ink, opacity)
             case "polygon":
                 corners = _placed(v, v[12:].reshape(-1, 3))
                 self.strokes.faces(corners[None], ink, opacity)
@@ -283,6 +292,26 @@ class Painter:
                 profile = np.array([[-h, 0], [-h, v[12]], [h, v[12]], [h, 0]])
                 self._turned(v, v[14:17], profile, ink, opacity, convex=True)
 
+    def _plane(self, v: Array, ink: str, opacity: float) -> None:
+        """Paint what of an endless plane lies in the picture."""
+        normal = v[12:15] @ v[3:12].reshape(3, 3)
+        normal = normal / (np.linalg.norm(normal) or 1.0)
+        middle = (self.low + self.high) / 2
+        middle = middle - ((middle - v[:3]) @ normal) * normal
+        side = np.cross(normal, np.eye(3)[2 if self.flat else int(np.argmin(np.abs(normal)))])
+        if not (length := float(np.linalg.norm(side))):
+            return  # the plane of the picture
+        a = side / length
+        b = np.cross(normal, a)
+        half = 0.35 * self.size
+        if not self.flat:
+            corners = np.array([a + b, a - b, -a - b, -a + b]) * half
+            self.strokes.faces((middle + corners)[None], ink, 0.3 * opacity)
+            return
+        spans = [(self.high[k] - self.low[k]) / abs(a[k]) for k in range(2) if abs(a[k]) > 1e-9]
+        half = min(spans) / 2
+        self.strokes.line(middle + np.outer([-half, half], a), ink, 1.5, opacity)
+
     def _turned(
         self, v: Array, axis: Array, profile: Array, ink: str, opacity: float, convex: bool = False
     ) -> None:
@@ -308,13 +337,16 @@ class Painter:
     def _gauge(self, shape: ShapeEntry) -> None:
         """Draw the name of a gauge and its dial or scale, in a row of the picture."""
         axes, place, height = self.axes, self.axes.transAxes, self._height(shape)
-        axes.text(0.02, height, shape.text, transform=place, va="center", fontsize=9)
+        named = not self.bare or self._row() > NAMED
+        if named:
+            axes.text(0.02, height, shape.text, transform=place, va="center", fontsize=9)
         if shape.kind == "dial":
             turn = np.linspace(0, 2 * np.pi, 61)
             self.axes.plot(*self._on_dial(shape, turn).T, color="#9ca3af", lw=1, transform=place)
             return
         axes.plot([0.25, 0.95], [height, height], color="#9ca3af", lw=1, transform=place)
-        for x, end in zip((0.25, 0.95), self._ends(shape), strict=True):
+        *ends, last = self.tracks[shape.text]
+        for x, end in zip((0.25, 0.95), ends, strict=True) if last and named else ():
             axes.text(x, height - 0.02, f"{end:.3g}", transform=place, va="top", ha="center", fontsize=7)
 
     def _hand(self, shape: ShapeEntry, value: float, ink: str, opacity: float) -> None:
@@ -324,13 +356,17 @@ class Painter:
             hand = np.vstack([[0.6, height], self._on_dial(shape, np.array([value]))])
             self.strokes.on_axes(hand, ink, 2.0, opacity)
             return
-        low, high = self._ends(shape)
+        low, high, _ = self.tracks[shape.text]
         share = (value - low) / (high - low) if high > low else 0.5
         if np.isfinite(share):
-            self.strokes.bead(np.array([0.25 + 0.7 * share, height]), ink, opacity)
+            self.strokes.bead(np.array([0.25 + 0.7 * share, height]), ink, opacity, self._row())
 
     def _height(self, shape: ShapeEntry) -> float:
-        return 1 - (self.gauges.index(shape) + 0.5) / len(self.gauges)
+        return 1 - (list(self.tracks).index(shape.text) + 0.5) / len(self.gauges)
+
+    def _row(self) -> float:
+        """Return the pixels of the height of a gauge."""
+        return float(self.axes.get_window_extent().height) / len(self.gauges)
 
     def _on_dial(self, shape: ShapeEntry, angle: Array) -> Array:
         """Return points [n, 2] of a dial, in shares of the axes."""
@@ -339,9 +375,32 @@ class Painter:
         wide = reach * box.height / box.width
         return np.column_stack([0.6 + wide * np.cos(angle), self._height(shape) + reach * np.sin(angle)])
 
-    def _ends(self, shape: ShapeEntry) -> tuple[float, float]:
-        values = self.paths[:, shape.numbers[0]]
-        return float(np.nanmin(values)), float(np.nanmax(values))
+    @cached_property
+    def tracks(self) -> dict[str, tuple[float, float, bool]]:
+        """The ends of the scale of each gauge from above, and whether it is the last one on it. Those of one array share one, those of one
+        unit do if none would hardly move on it."""
+        problem = self.solution.problem
+        units = {q.name: q.unit for q in (*problem.states, *problem.outputs)}
+        own = {s.text: self.paths[:, s.numbers[0]] for s in self.gauges}
+        ends = {text: (float(np.nanmin(values)), float(np.nanmax(values))) for text, values in own.items()}
+        by_unit: dict[str, dict[str, list[str]]] = {}
+        for shape in self.gauges:
+            unit = shape.text if shape.kind == "dial" else f"in {units.get(shape.text, '')}"
+            array = INDICES.sub("", shape.text)
+            by_unit.setdefault(unit, {}).setdefault(array, []).append(shape.text)
+
+        def span(names: Sequence[str]) -> tuple[float, float]:
+            return min(ends[n][0] for n in names), max(ends[n][1] for n in names)
+
+        found: dict[str, tuple[float, float, bool]] = {}
+        for arrays in by_unit.values():
+            every = [name for names in arrays.values() for name in names]
+            sizes = [high - low for low, high in map(span, arrays.values())]
+            low, high = span(every)
+            together = all(size == 0 or high - low < FLAT * size for size in sizes)
+            for names in [every] if together else arrays.values():
+                found |= {name: (*span(names), name == names[-1]) for name in names}
+        return found
 
     # ------------------------------------------------------------ strokes
 

@@ -124,9 +124,9 @@ class Strokes(Artist):
         """Paint a line through points [n, 2] in shares of the axes."""
         self.outlines.append(FlatStroke(2, Path(points), self.stage.transAxes, to_rgb(ink), width, opacity))
 
-    def bead(self, place: Array, ink: str, opacity: float) -> None:
-        """Paint a bead at a place in shares of the axes."""
-        box, radius = self.stage.get_window_extent(), BEAD * self.stage.figure.dpi / 72
+    def bead(self, place: Array, ink: str, opacity: float, room: float) -> None:
+        """Paint a bead at a place in shares of the axes; ``room``: pixels of its row."""
+        box, radius = self.stage.get_window_extent(), min(BEAD * self.stage.figure.dpi / 72, 0.4 * room)
         circle = Path.unit_circle()
         round_ = Path(place + radius / box.size * circle.vertices, circle.codes)
         outline = FlatStroke(2, round_, self.stage.transAxes, to_rgb(ink), 1.0, opacity, filled=True)

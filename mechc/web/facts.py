@@ -46,11 +46,11 @@ NEVER_NEGATIVE = ("kg", "kg.m^2", "kg/m^3", "N/m", "N.m/rad", "N.s/m", "N.m.s/ra
 
 OF_MATRIX = re.compile(r"\[(\d+), ?(\d+)\]$")
 
+MOST_CURVES = 6
+"""At first, of all that has curves."""
+
 OF_EXPERIMENTS = ("start", "stop", "step", "tolerance")
 """Numbers of experiments that a page follows when parameters change."""
-
-LONGEST, SHORTEST, SHOWN = 120.0, 1.0, 10.0
-"""Runs of other durations are shown in as many seconds as the last of these."""
 
 
 class RunSpan(Struct, frozen=True):
@@ -156,9 +156,9 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         """Return all that a page is told, as plain data; values are in SI, ``factor`` leads to shown units."""
         problem = self.problem
         duration = self.span.stop - self.span.begin
+        first = self.curves(found.extents)
         return {
             **self.of_run(),
-            "pace": 1.0 if SHORTEST <= duration <= LONGEST or duration <= 0 else duration / SHOWN,
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
             "second": problem.time.unit,
             "joule": next((self.shown(q) for q in problem.outputs if q.name == "energy.total"), ("", 1.0)),
@@ -166,7 +166,8 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
             "nominal": found.nominal,
             **self.sliders(found),
-            "curves": self.curves(found.extents),
+            "curves": first[:MOST_CURVES],
+            "moreCurves": len(first[MOST_CURVES:]),
             "phase": self.phase(found.extents),
             "scene": self.picture(),
         }
@@ -279,13 +280,14 @@ class PageFacts(Struct, frozen=True, kw_only=True):
     # ------------------------------------------------------------ what is shown first
 
     def curves(self, extents: Extents) -> list[str]:
-        """Return the quantities whose curves are shown first: coordinates of one unit, those that move if any do."""
-        first = [
-            q for q in (*self.problem.states, *self.problem.outputs) if q.kind in ("coordinate", "state")
-        ]
+        """Return the quantities that have curves at first: coordinates, or states, those that move if any do, without quaternions if there are others."""
+        states = [q for q in self.problem.states if q.kind == "coordinate"]
+        states = states or [q for q in self.problem.states if q.kind == "state"]
+        turned = {self.problem.states[k + j].name for k in self.problem.rotations for j in range(4)}
+        first = [q for q in states if q.name not in turned] or states
         first = [q for q in first if not extents.constant(q.name)] or first
         first = first or [q for q in self.problem.outputs if q.kind == "output"] or list(self.problem.outputs)
-        return [q.name for q in first if q.unit == first[0].unit][:6]
+        return [q.name for q in first]
 
     def phase(self, extents: Extents) -> list[str]:
         names = [q.name for q in (*self.problem.states, *self.problem.outputs)]
@@ -294,6 +296,13 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         if moving:
             return [moving[0], f"der({moving[0]})"]
         return [names[0], names[min(1, len(names) - 1)]]
+
+    def left_out(self, scene: Scene) -> int:
+        """Return how many coordinates or states have no place and no track either, where there are tracks."""
+        shown = {shape.text for shape in scene.shapes if shape.kind in ("bead", "dial")}
+        kinds = {q.kind for q in self.problem.states if q.name in shown}
+        turned = 4 * len(self.problem.rotations)
+        return max(0, sum(q.kind in kinds for q in self.problem.states) - turned - len(shown)) if kinds else 0
 
     def picture(self) -> dict[str, object]:
         scene = self.scene
@@ -306,6 +315,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             "flat": self.model.compilation.flat.space != 3,
             "up": _up(self.model),
             "unit": "" if self.model.compilation.flat.dimensionless else "m",
+            "left": self.left_out(scene),
             "nScene": scene.n_still + scene.n_moving,
             "meshes": meshes,
             "shapes": [

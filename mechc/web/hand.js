@@ -22,7 +22,7 @@ function makeHand(scene, plan, {at, ask, letGo}) {
   }
   /** The points of a shape by which it can be taken: its middle and the ends of it, or all of a line. */
   function points(shape, k) {
-    if (GAUGES.includes(shape.kind) || shape.kind === 'trail' || shape.kind === 'surface' || shape.kind === 'curve') return [];
+    if (GAUGES.includes(shape.kind) || shape.kind === 'trail' || shape.kind === 'surface' || shape.kind === 'plane' || shape.kind === 'curve') return [];
     const found = [], v = at().values(k), numbers = shape.numbers;
     for (let j = 0; j + 2 < (shape.kind === 'line' ? numbers.length : 3); j += 3) found.push({numbers: numbers.slice(j, j + 3), arm: [], place: Array.from(v.slice(j, j + 3))});
     for (const arm of arms(shape, v)) found.push({numbers: numbers.slice(0, 12), arm, place: reached(numbers.map((_, j) => j), arm, v)});

@@ -12,6 +12,25 @@ const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a
 const HURRY = 15;  // milliseconds in which a motion is integrated while something is dragged
 const LATE = 500, MOST = 20000;  // milliseconds after which a run gives way to newer settings, and after which it is given up
 const GAUGES = ['bead', 'dial'];
+const AFAR = 8;  // what goes this many times its own length along one axis, and the breadth of its way, is followed
+const FLAT = 8;  // what extends over less than this part of a scale has one of its own
+
+const TRACK_ENDS = 0.6;  // of the height of a track, that of the numbers below it
+/** Gives beads of one array one scale, and those of one unit if none of them would hardly move on it. Returns the rows, those of one
+ * scale below each other, and which of them are the last of a scale. */
+function onScales(ranges) {
+  const rows = [], ends = [];
+  const span = list => [Math.min(...list.map(s => ranges.get(s)[0])), Math.max(...list.map(s => ranges.get(s)[1]))], size = list => { const [low, high] = span(list); return high - low; };
+  for (const unit of grouped(ranges.keys(), s => s.kind === 'dial' ? s : s.quantity)) {
+    const arrays = grouped(unit, s => s.text.replace(/\[[^\]]*\]/g, ''));
+    for (const list of arrays.every(a => !size(a) || size(unit) < FLAT * size(a)) ? [unit] : arrays) {
+      const whole = span(list);
+      for (const s of list) { ranges.set(s, whole); rows.push(s); }
+      if (list[0].kind === 'bead') ends.push(rows.length - 1);
+    }
+  }
+  return {rows, ends};
+}
 
 /** The numbers of the picture at any time, and the box that all motion lies in. */
 function motion(run, plan) {
@@ -37,39 +56,63 @@ function motion(run, plan) {
     points.forEach((x, i) => { const e = ends[i % 3]; if (x < e[0]) e[0] = x; if (x > e[1]) e[1] = x; });
     return boxes[text] = ends[0].flatMap(a => ends[1].flatMap(b => ends[2].map(d => [a, b, d])));
   }
-  function box() {
+  const stride = Math.max(1, Math.floor(n / 200)), spread = Array.from({length: Math.ceil(n / stride)}, (_, k) => k * stride);
+  /** The box around shapes in rows of the picture. */
+  function box(list = spread, shapes = plan.shapes) {
     const low = [Infinity, Infinity, Infinity], high = [-Infinity, -Infinity, -Infinity];
+    let floor;
     const see = (p, r) => { for (let k = 0; k < 3; k++) { if (p[k] - r < low[k]) low[k] = p[k] - r; if (p[k] + r > high[k]) high[k] = p[k] + r; } };
-    const stride = Math.max(1, Math.floor(n / 200));
-    for (const shape of plan.shapes) if (!GAUGES.includes(shape.kind)) for (let i = 0; i < n; i += stride) {
+    for (const shape of shapes) if (!GAUGES.includes(shape.kind)) for (const i of list) {
       const v = shape.numbers.map(k => scene[i * m + k]);
       if (v.some(x => !Number.isFinite(x))) continue;
       const turned = (a, b, d) => [0, 1, 2].map(k => v[k] + a * v[3 + k] + b * v[6 + k] + d * v[9 + k]);
       switch (shape.kind) {
+        case 'plane': { const n = [0, 1, 2].map(k => v[12] * v[3 + k] + v[13] * v[6 + k] + v[14] * v[9 + k]), [height, along] = [v, n].map(p => plan.up.reduce((sum, u, k) => sum + u * p[k], 0)); if (along > 0.999 * Math.hypot(...n)) floor = height; break; }
         case 'line': for (let k = 0; k + 2 < v.length; k += 3) see(v.slice(k, k + 3), 0); break;
         case 'spring': see(v.slice(0, 3), 0); see(v.slice(3, 6), 0); break;
         case 'arrow': case 'trail': case 'text': case 'mass': see(v, 0); break;
         case 'polygon': case 'curve': case 'surface': for (let k = 12; k + 2 < v.length; k += 3) see(turned(v[k], v[k + 1], v[k + 2]), 0); break;
         case 'box': for (const a of [-.5, .5]) for (const b of [-.5, .5]) for (const d of [-.5, .5]) see(turned(a * v[12], b * v[13], d * v[14]), 0); break;
         case 'mesh': for (const [a, b, d] of corners(shape.text)) see(turned(a * v[12], b * v[13], d * v[14]), 0); break;
-        case 'cylinder': case 'cone': see(v, Math.max(v[12], v[13] / 2)); break;
+        case 'cylinder': case 'cone': {  // around the circles at its ends
+          const a = v.slice(14, 17), l = v[13] / (Math.hypot(...a) || 1), d = [0, 1, 2].map(k => l * (a[0] * v[3 + k] + a[1] * v[6 + k] + a[2] * v[9 + k]));
+          for (const s of shape.kind === 'cone' ? [0, 1] : [-.5, .5]) for (let k = 0; k < 3; k++) {
+            const r = shape.kind === 'cone' && s ? 0 : v[12] * Math.sqrt(Math.max(0, 1 - (d[k] / (v[13] || 1)) ** 2)), p = v[k] + s * d[k];
+            low[k] = Math.min(low[k], p - r); high[k] = Math.max(high[k], p + r);
+          }
+          break;
+        }
         default: see(v, shape.relative ? 0 : Math.abs(v[12] || 0));
       }
     }
     if (!(high[0] >= low[0])) return {low: [-1, -1, -1], high: [1, 1, 1], size: 2};
     const size = Math.hypot(high[0] - low[0], high[1] - low[1], high[2] - low[2]) || 1;
-    return {low, high, size};
+    return {low, high, size, floor};
   }
   const ranges = new Map(plan.shapes.filter(s => GAUGES.includes(s.kind)).map(s => {
     let low = Infinity, high = -Infinity;
     for (let i = 0; i < n; i++) { const v = scene[i * m + s.numbers[0]]; if (v < low) low = v; if (v > high) high = v; }
     return [s, [low, high]];
   }));
+  const tracks = onScales(ranges);
   const heaviest = Math.max(0, ...plan.shapes.filter(s => s.kind === 'mass').map(s => Math.abs(scene[s.numbers[3]])));
+  const moves = list => list.some(k => { for (let i = 1; i < n; i++) if (scene[i * m + k] !== scene[k]) return true; return false; });
+  /** What follows a motion that leads far along one axis, or null: the box around its place at any time. */
+  function following() {
+    const whole = box(), spans = whole.high.map((v, k) => v - whole.low[k]), k = spans.indexOf(Math.max(...spans)), wide = Math.max(...spans.filter((_, j) => j !== k));
+    if (!(spans[k] > AFAR * wide)) return null;
+    const movers = plan.shapes.filter(s => s.kind !== 'trail' && moves(s.numbers));
+    const long = Math.max(wide / 2, ...spread.filter((_, j) => j % 10 === 0).map(i => { const b = box([i], movers); return b.high[k] - b.low[k]; }));
+    if (!(spans[k] > AFAR * long)) return null;
+    return {movers, box() {
+      const {i, s} = at, [a, b] = [i, Math.min(i + 1, n - 1)].map(i => { const b = box([i], movers); return (b.low[k] + b.high[k]) / 2; });
+      const low = [...whole.low], high = [...whole.high], middle = a + s * (b - a);
+      low[k] = middle - AFAR / 2 * long; high[k] = middle + AFAR / 2 * long;
+      return {low, high, size: Math.hypot(...low.map((v, j) => high[j] - v)), floor: whole.floor};
+    }};
+  }
   return {
-    go, box, heaviest, ranges, values: k => still[k],
-    /** Whether these numbers change during the motion. */
-    moves: list => list.some(k => { for (let i = 1; i < n; i++) if (scene[i * m + k] !== scene[k]) return true; return false; }),
+    go, box, following, moves, heaviest, ranges, tracks, values: k => still[k],
     now: () => Array.from({length: run.ny}, (_, k) => run.y[at.i * run.ny + k] + at.s * (run.y[Math.min(at.i + 1, n - 1) * run.ny + k] - run.y[at.i * run.ny + k])),
     trail(shape) {
       const list = shape.numbers, points = new Float64Array(3 * (at.i + 2));
@@ -89,6 +132,33 @@ function motion(run, plan) {
   };
 }
 
+const unitOf = d => { const n = Math.hypot(...d) || 1; return d.map(v => v / n); };
+const SPEEDS = [0.1, 0.25, 0.5, 1, 2, 5], FRACTIONS = {0.25: '¼', 0.5: '½'};
+/** How fast a run is played at first: so that nothing is seen to turn by more than 20 degrees between frames, unless that took a minute, that a
+ * short run is seen for three seconds, and a long one in ten. */
+function paceOf(run, plan) {
+  const long = run.t[run.n - 1] - run.t[0], {scene, nScene: m, t} = run;
+  let fastest = 0;
+  for (const {kind, numbers, relative} of plan.shapes) {
+    const line = kind === 'line' || kind === 'spring';
+    if (kind !== 'dial' && !line && (relative || numbers.length < 12 || kind === 'sphere' && plan.size === 3)) continue;
+    const value = (i, k) => scene[i * m + numbers[k]];
+    const axes = i => line ? [unitOf([3, 4, 5].map(k => value(i, k) - value(i, k - 3)))] : [3, 6, 9].map(k => [value(i, k), value(i, k + 1), value(i, k + 2)]);
+    for (let i = 1, before = kind === 'dial' || axes(0); i < run.n; i++) {
+      const now = kind === 'dial' || axes(i), h = t[i] - t[i - 1];
+      const turned = kind === 'dial' ? Math.abs(value(i, 0) - value(i - 1, 0)) : Math.max(...now.map((a, j) => 2 * Math.asin(Math.min(1, Math.hypot(...a.map((v, k) => v - before[j][k])) / 2))));
+      if (turned > fastest * h && h > 0) fastest = turned / h;
+      before = now;
+    }
+  }
+  const most = Math.min(long / 3, Math.max(Math.PI / 9 * 60 / fastest, long / 60)), fits = s => s <= most;
+  if (!(long > 0)) return 1;
+  if (long > 120) return round125(long / 10);
+  return SPEEDS.findLast(s => s <= 1 && fits(s)) ?? round125(most);
+}
+/** The largest of …, 1, 2, 5, 10, … that is not larger. */
+const round125 = v => { const power = 10 ** Math.floor(Math.log10(v) + 1e-9); return +([5, 2, 1].find(k => k * power <= v * (1 + 1e-9)) * power).toPrecision(1); };
+
 async function start(info, parts) {
   const $ = id => document.getElementById(id), state = window.page = {ready: false, time: info.start, speed: 1, frames: [], ms: [], runs: 0, late: LATE, most: MOST};
   const plan = info.scene, dark = matchMedia('(prefers-color-scheme: dark)');
@@ -98,12 +168,18 @@ async function start(info, parts) {
   const paint = () => { const names = [...new Set(plan.shapes.map(s => s.name))]; for (const s of plan.shapes) s.own = s.kind === 'trail' ? ink()[1] : ink()[(names.indexOf(s.name) + (s.relative ? 6 : 0)) % 7]; };
   paint();
   const columns = [...info.states.map((q, k) => ({...q, of: 'y', k})), ...info.outputs.map((q, k) => ({...q, of: 'out', k}))].filter((q, k, all) => all.findIndex(c => c.name === q.name) === k);
-  for (const s of plan.shapes) if (GAUGES.includes(s.kind)) { const q = columns.find(c => c.name === s.text); s.factor = q?.factor || 1; s.unit = q?.shown || ''; }
+  for (const s of plan.shapes) if (GAUGES.includes(s.kind)) { const q = columns.find(c => c.name === s.text); s.factor = q?.factor || 1; s.unit = q?.shown || ''; s.quantity = q?.unit ?? ''; }
+  $('scene').setAttribute('aria-label', `${info.name}: moving picture. The curves show the same motion.`);
   const scene = plan.shapes.length ? makeScene($('scene'), plan) : null;
   if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
+  const rows = plan.shapes.filter(s => GAUGES.includes(s.kind));
+  if (rows.length) {  // tracks take the height they need, curves the rest
+    document.body.classList.add('tracks');
+    document.body.style.setProperty('--tracks', `${rows.reduce((sum, s) => sum + (s.kind === 'dial' ? 90 : 0), 0) + Math.max(24, Math.min(56, 480 / rows.length)) * (rows.length + 1)}px`);
+  }
   const curves = makePlot($('plot'), {onTime: t => { playing(false); go(t); }, ink}), phase = makePhase($('phase'), {ink});
   const shown = new Set(info.curves);
-  let play = false, whole = {}, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0, resume = false, pulling = null, hand = null;
+  let play = false, whole = {}, moving = null, ask = null, asked = 0, answered = 0, waiting = null, arrows = false, last = 0, resume = false, pulling = null, hand = null, follows = null;
 
   // ------------------------------------------------------------ settings
   const sliders = [];
@@ -252,7 +328,17 @@ async function start(info, parts) {
     for (const s of sliders) if (s.value === s.default && run.p) s.follow({parameters: run.p, states: run.y0, inputs: run.u}[s.group][s.index]);
     Object.assign($('time'), {min: run.start, max: Math.max(whole.end, run.all.t.at(-1))});  // as that of the curves
     moving = motion(run, plan);
-    if (scene && !hand?.holds() && run.share === 1) scene.fit(moving.box());
+    if (scene && !hand?.holds() && run.share === 1) {
+      follows = moving.following();
+      $('follow').parentNode.hidden = !follows;
+      if (follows && !plan.shapes.some(s => s.kind === 'trail')) {  // the way of what moves is seen, too
+        const bodies = follows.movers.filter(s => !['line', 'spring', 'arrow', 'text'].includes(s.kind)).slice(0, 3);
+        plan.shapes.push(...bodies.map(s => ({kind: 'trail', name: s.name, numbers: s.numbers.slice(0, 3)})));
+        paint(); moving = motion(run, plan); follows = moving.following();
+      }
+      scene.fit(moving.box());
+    }
+    if (!$('speed').length) offer(paceOf(run, plan));
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${number(run.cut)}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
     $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])} ${unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest`}` : 'none is known';
@@ -272,11 +358,19 @@ async function start(info, parts) {
     note('');
     for (const id of ['energy', 'error', 'events', 'clock']) $(id).textContent = '–';
   }
+  /** The speeds to choose from, and that chosen. */
+  function offer(speed) {
+    const list = SPEEDS.includes(speed) ? SPEEDS : [...new Set([...SPEEDS.map(s => +(s * speed).toPrecision(2)), ...speed > 0.005 && speed < 5 ? [1] : []])].sort((a, b) => a - b);
+    $('speed').replaceChildren(...list.map(s => new Option(`${FRACTIONS[s] ?? number(s)}×`, s)));
+    $('speed').value = state.speed = speed;
+  }
   function draw() {
     const {run} = state, names = [...shown];
     if (!run) return;
+    const more = info.moreCurves && names.join() === info.curves.join() ? `${names.length} of ${names.length + info.moreCurves} coordinates shown` : '';
     const named = q => q.shown ? `${q.name} / ${q.shown}` : q.name;
-    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: named(q), data: series(q), stride: 1, offset: 0, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)));
+    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: n, unit: q.shown, data: series(q), trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)), more);
+    $('chosen').textContent = `${names.length} of ${columns.length}`;
     const a = column($('across').value), b = column($('up').value);
     phase.set(series(a), series(b), named(a), named(b), Math.min(trustedRows(a), trustedRows(b)));
     const counts = EVENT_KINDS.map((name, kind) => [run.events.filter(e => e.kind === kind).length, name]).filter(([n]) => n);
@@ -291,6 +385,7 @@ async function start(info, parts) {
     state.time = time;
     const at = moving.go(time);
     if (scene) {
+      if (follows && $('follow').checked) scene.fit(follows.box());
       moving.arrows = null;
       if (arrows) { const found = moving.speeds(), fast = Math.max(1e-300, ...found.map(([, v]) => Math.hypot(...v))), size = moving.size ??= moving.box().size; moving.arrows = found.map(([p, v]) => [p, v.map(x => x / fast * size * 0.15)]); }
       scene.draw(moving);
@@ -306,7 +401,7 @@ async function start(info, parts) {
     if (!play) return;
     if (last && state.run) {
       const end = state.run.t[state.run.n - 1];
-      let t = state.time + (now - last) / 1000 * state.speed * info.pace;
+      let t = state.time + (now - last) / 1000 * state.speed;
       if (t > end) { if (!$('loop').checked) { go(end); playing(false); return; } t = state.run.t[0]; }
       go(t);
     }
@@ -336,7 +431,8 @@ async function start(info, parts) {
   $('time').oninput = () => { playing(false); go(+$('time').value); };
   $('play').onclick = () => playing(!play);
   $('back').onclick = () => step(-1); $('on').onclick = () => step(1);
-  $('speed').onchange = () => state.speed = +$('speed').value;
+  $('speed').onchange = () => { state.speed = +$('speed').value; };
+  $('follow').onchange = () => { scene.fit(moving.box()); go(state.time); };
   $('arrows').onchange = () => { arrows = $('arrows').checked; go(state.time); };
   $('reset').onclick = () => { for (const s of sliders) s.show(s.default); integrate(false); remember(); };
   $('theme').onclick = () => {
@@ -363,7 +459,7 @@ async function start(info, parts) {
   dark.addEventListener('change', () => { paint(); if (state.run) { draw(); go(state.time); } });
 
   // ------------------------------------------------------------ begin
-  Object.assign(state, {go, playing, sliders, scene: scene?.name || 'none', shapes: plan.shapes, project: p => scene?.project(p), columns, info, integrate, idle: () => asked === answered && waiting === null, values: k => Array.from(moving.values(k))});
+  Object.assign(state, {go, offer, playing, sliders, scene: scene?.name || 'none', shapes: plan.shapes, panels: curves.panels, follows: () => follows && $('follow').checked, project: p => scene?.project(p), columns, info, integrate, idle: () => asked === answered && waiting === null, values: k => Array.from(moving.values(k))});
   if (live) {
     // who holds the page in a frame may run it, too: the playground has a worker that waits for the next text
     ask = parts.wasm ? await makeRunner(() => startWorker($('engine').textContent), await unpack(parts.wasm), info) : await frameElement.runner(info);
@@ -382,8 +478,8 @@ async function start(info, parts) {
   $('equations').hidden = !parts.equations;
   $('equations').onclick = async () => {
     const box = $('formulas');
-    box.innerHTML ||= await unpackText(parts.equations);
-    box.onclick = () => box.close();
+    box.innerHTML ||= '<button class="close" aria-label="close">✕</button>' + await unpackText(parts.equations);
+    box.onclick = e => { if (e.target === box || e.target.className === 'close') box.close(); };
     box.showModal();
   };
   const until = performance.now() + 60000;

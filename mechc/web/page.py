@@ -132,10 +132,11 @@ def joined(facts: PageFacts, info: dict[str, object], parts: Mapping[str, object
 
 @cache
 def _scripts(size: int) -> str:
-    """Return the style and the scripts of pages of a plane or space, packed; workers are made of the text of the engine."""
+    """Return the controls, the style and the scripts of pages of a plane or space, packed; workers are made of the text of the engine."""
     code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "hand.js", "page.js"))
     texts = {"style": page_text("page.css"), "engine": page_text("engine.js"), "code": code}
-    return packed(json.dumps({name: COMMENTS.sub("", text) for name, text in texts.items()}).encode())
+    short = {name: COMMENTS.sub("", text) for name, text in texts.items()}
+    return packed(json.dumps({"controls": page_text("controls.html"), **short}).encode())
 
 
 COMMENTS = re.compile(r"^ *(//[^\n]*\n|/\*\*.*?\*/\n|)|  // [^\n'\"`]*$", re.MULTILINE | re.DOTALL)

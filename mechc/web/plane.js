@@ -43,13 +43,14 @@ function makeScene(host, plan) {
   }
   const triples = (v, from) => { const found = []; for (let k = from; k + 2 < v.length; k += 3) found.push([v[k], v[k + 1]]); return found; };
 
-  /** A value without a place: a bead between its smallest and largest one, or a hand on a dial; each in a row of its own. */
+  /** A value without a place: a bead between the smallest and largest one of its scale, or a hand on a dial; each in a row of its own. */
   function gauge(s, v, state) {
-    const all = [...state.ranges.keys()], w = host.clientWidth, h = host.clientHeight, row = Math.min(h / all.length, 110);
-    const y = h / 2 + (all.indexOf(s) - (all.length - 1) / 2) * row, left = Math.max(90, w * 0.2), right = w - 50, [low, high] = state.ranges.get(s);
+    const {rows, ends} = state.tracks, at = rows.indexOf(s), w = host.clientWidth, row = host.clientHeight / (rows.length + TRACK_ENDS * ends.length + (plan.left ? TRACK_ENDS : 0));
+    const y = row * (at + 0.5 + TRACK_ENDS * ends.filter(k => k < at).length), left = Math.max(90, w * 0.2), right = w - 50, [low, high] = state.ranges.get(s);
     const name = s.unit && s.kind === 'bead' ? `${s.text} / ${s.unit}` : s.text;
-    c.fillStyle = style('--text'); c.font = '13px system-ui, sans-serif'; c.textAlign = 'left';
-    c.fillText(name, 12, c.measureText(name).width + 22 < left ? y + 4 : y - 14);  // a long one stands above
+    c.fillStyle = style('--text'); c.font = `${Math.min(13, row)}px system-ui, sans-serif`; c.textAlign = 'left';
+    c.fillText(name, 12, c.measureText(name).width + 22 < left ? y + 4 : y - Math.min(14, row / 3));  // a long one stands above
+    if (plan.left && at === rows.length - 1) { c.fillStyle = style('--faint'); c.fillText(`${rows.length} of ${rows.length + plan.left} shown`, 12, host.clientHeight - 6); }
     c.strokeStyle = style('--faint'); c.lineWidth = 1; c.beginPath();
     if (s.kind === 'dial') {
       const r = row * 0.42, x = (left + right) / 2;
@@ -57,9 +58,11 @@ function makeScene(host, plan) {
       c.strokeStyle = s.own; c.lineWidth = 3; c.beginPath(); c.moveTo(x, y); c.lineTo(x + r * Math.cos(v[0]), y - r * Math.sin(v[0])); return c.stroke();
     }
     c.moveTo(left, y); c.lineTo(right, y); c.stroke();
-    c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
-    c.fillText(number(low / s.factor), left, y + 18); c.fillText(number(high / s.factor), right, y + 18); c.textAlign = 'left';
-    c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, 8, 0, 7); return c.fill();
+    if (ends.includes(at)) {  // those of one scale have its ends below the last
+      c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
+      c.fillText(number(low / s.factor), left, y + row / 2 + 8); c.fillText(number(high / s.factor), right, y + row / 2 + 8); c.textAlign = 'left';
+    }
+    c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, Math.min(8, row * 0.4), 0, 7); return c.fill();
   }
 
   function shape(s, v, state) {
@@ -76,6 +79,16 @@ function makeScene(host, plan) {
       case 'sphere': return circle(v, s.relative ? small : v[12], colour, !s.relative);
       case 'disk': case 'torus': return circle(v, s.relative ? small : v[12], colour, !s.relative);
       case 'mass': return circle(v, small * 2.2 * Math.cbrt(Math.abs(v[3]) / (state.heaviest || 1)), colour, false);
+      case 'plane': {
+        let n = [3, 4].map(k => v[12] * v[k] + v[13] * v[k + 3] + v[14] * v[k + 6]), l = Math.hypot(...n);
+        if (l < 1e-9) return null;
+        n = n.map(x => x / l);
+        const [tx, ty] = [-n[1], n[0]], dash = 14 / view.scale, far = Math.ceil((wide + high) / 14), from = Math.round(((view.x - v[0]) * tx + (view.y - v[1]) * ty) / dash), at = (s, d) => [v[0] + dash * (s * tx - d * n[0]), v[1] + dash * (s * ty - d * n[1])];
+        path([at(from - far, 0), at(from + far, 0)]); c.stroke();
+        c.lineWidth = 1; c.beginPath();
+        for (let s = from - far; s <= from + far; s++) { c.moveTo(...px(...at(s, 0))); c.lineTo(...px(...at(s - 0.6, 0.6))); }
+        return c.stroke();
+      }
       case 'polygon': return solid(triples(v, 12).map(([a, b]) => corner(v, a, b)), colour);
       case 'curve': path(triples(v, 12).map(([a, b]) => corner(v, a, b))); return c.stroke();
       case 'line': path(triples(v, 0)); c.lineWidth = 2.4; c.lineCap = 'round'; return c.stroke();
@@ -108,7 +121,7 @@ function makeScene(host, plan) {
       if (view.fitted && view.box) fit(view.box);
     }
     c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h);
-    if (!plan.shapes.some(s => GAUGES.includes(s.kind))) grid(w, h);
+    if (!state?.tracks.rows.length) grid(w, h);
     if (!state) return;
     for (const kinds of [k => k === 'trail' || k === 'curve', k => k !== 'trail' && k !== 'curve'])
       plan.shapes.forEach((s, k) => kinds(s.kind) && shape(s, state.values(k), state));

@@ -8,6 +8,13 @@ function ticks(low, high, count) {
   return {step, found, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9))};
 }
 
+/** Lists of those with the same key. */
+function grouped(list, key) {
+  const found = new Map();
+  for (const s of list) found.set(key(s), [...found.get(key(s)) ?? [], s]);
+  return [...found.values()];
+}
+
 /** Draws n points, pale from `trusted` on. */
 function inTwo(c, n, trusted, point) {
   for (const [from, to, alpha] of [[0, trusted, 1], [trusted - 1, n, 0.25]]) {
@@ -18,27 +25,58 @@ function inTwo(c, n, trusted, point) {
   c.globalAlpha = 1;
 }
 
+const MOST_LINES = 3, NAME_LINE = 15, LEAST_PANEL = 64;  // lines of names above curves, pixels of one, and of a panel
+
+/** Curves in panels, at most so many: one for each unit, and for what would hardly move beside larger ones, but not for what hardly does. */
+function panelsOf(curves, most) {
+  const panels = [];
+  for (const list of grouped(curves, s => s.unit)) {
+    const span = s => s.high - s.low;
+    let rest = [...list].sort((a, b) => span(b) - span(a));
+    const widest = span(rest[0]), least = s => Math.max(1e-3 * Math.max(s.high, -s.low), 1e-4 * widest);
+    while (rest.length) {
+      const own = rest.filter((s, k) => !k || !(span(s) > least(s)) || span(s) > span(rest[0]) / 12);
+      panels.push(own); rest = rest.filter(s => !own.includes(s));
+    }
+  }
+  while (panels.length > most) {  // those of one unit go together first
+    const at = panels.findLastIndex((list, k) => k && list[0].unit === panels[k - 1][0].unit), k = at > 0 ? at : panels.length - 1;
+    panels[k - 1] = panels[k - 1].concat(panels.splice(k, 1)[0]);
+  }
+  return panels.map(list => list.sort((a, b) => a.index - b.index)).sort((a, b) => a[0].index - b[0].index).map(list => {
+    let low = Math.min(...list.map(s => s.low)), high = Math.max(...list.map(s => s.high));
+    if (!(high >= low)) { low = 0; high = 1; }
+    const pad = (high - low || Math.abs(high) || 1) * 0.06;
+    return {curves: list, low: low - pad, high: high + pad};
+  });
+}
+
+/** Lines at ticks, that at zero stronger. */
+function rule(c, style, v, {step}, x, y, X, Y) {
+  c.strokeStyle = style(Math.abs(v) < step / 2 ? '--zero' : '--grid'); c.beginPath(); c.moveTo(x, y); c.lineTo(X, Y); c.stroke();
+}
+
 function makePlot(canvas, {onTime, ink}) {
-  const context = canvas.getContext('2d'), marker = canvas.parentNode.appendChild(document.createElement('div'));
-  marker.className = 'marker';
-  let x = new Float64Array(0), curves = [], events = [], second = 's', end = 1, low = 0, high = 1, frame = {l: 58, r: 12, t: 22, b: 30}, w = 0, h = 0;
+  const context = canvas.getContext('2d'), add = name => { const e = canvas.parentNode.appendChild(document.createElement('div')); e.className = name; return e; };
+  const marker = add('marker'), reading = add('reading');
+  let x = new Float64Array(0), curves = [], panels = [], events = [], second = 's', end = 1, frame = {l: 58, r: 12, t: 22, b: 30}, w = 0, h = 0, note = '';
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const LINE = 15, MOST_LINES = 3;
-  /** Where the names stand above the curves, on as many lines as they need; what has no room on the last one is counted there. */
-  function legend(c) {
+  const shown = s => s.unit ? `${s.name} / ${s.unit}` : s.name;
+  /** Where the names of a panel stand above its curves, on as many lines as they need; what has no room on the last one is counted there. */
+  function legend(c, list, most) {
     let x = frame.l, line = 0;
     const places = [];
-    for (const {name} of curves) {
-      const wide = 30 + c.measureText(name).width;
+    for (const s of list) {
+      const wide = 30 + c.measureText(shown(s)).width;
       if (places.length && x + wide > w + 8) { x = frame.l; line++; }
-      if (line === MOST_LINES) break;
+      if (line === most) break;
       places.push([x, line]); x += wide;
     }
-    frame.t = 22 + LINE * (places.at(-1)?.[1] ?? 0);
-    return places;
+    return {places, after: x, lines: 1 + (places.at(-1)?.[1] ?? 0)};
   }
   const px = v => frame.l + (v - x[0]) / (end - x[0] || 1) * (w - frame.l - frame.r);
-  const py = v => h - frame.b - (v - low) / (high - low) * (h - frame.t - frame.b);
+  const py = (panel, v) => panel.bottom - (v - panel.low) / (panel.high - panel.low) * (panel.bottom - panel.top);
+  const inkOf = (c, s) => { c.strokeStyle = c.fillStyle = ink()[s.index % 7]; c.setLineDash(s.index < 7 ? [] : [7, 3]); };
 
   function drawStill() {                      // axes and curves; the marker is an element of its own
     const scale = devicePixelRatio || 1;
@@ -47,65 +85,84 @@ function makePlot(canvas, {onTime, ink}) {
     const c = context;
     c.setTransform(scale, 0, 0, scale, 0, 0);
     c.clearRect(0, 0, w, h);
-    c.font = '12px system-ui, sans-serif'; c.lineWidth = 1;
-    const places = legend(c), vertical = ticks(low, high, Math.max(2, (h - frame.t) / 40)), horizontal = ticks(x[0], end, w / 90);
-    c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
-    c.textAlign = 'right'; c.textBaseline = 'middle';
-    for (const v of vertical.found) {
-      c.beginPath(); c.moveTo(frame.l, py(v)); c.lineTo(w - frame.r, py(v)); c.stroke();
-      c.fillText(label(v, vertical), frame.l - 6, py(v));
-    }
-    c.textAlign = 'center'; c.textBaseline = 'top';
+    c.font = '12px system-ui, sans-serif'; c.lineWidth = 1; c.lineJoin = 'round';
+    panels = panelsOf(curves, Math.max(1, Math.floor((h - frame.b) / LEAST_PANEL)));
+    const horizontal = ticks(x[0], end, w / 90), each = (h - frame.b) / panels.length, combed = events.length > (w - frame.l - frame.r) / 6;
+    panels.forEach((panel, j) => {
+      const top = each * j, {places, after, lines} = legend(c, panel.curves, panels.length > 1 ? 2 : MOST_LINES);
+      panel.top = top + 7 + NAME_LINE * lines; panel.bottom = top + each - (j < panels.length - 1 ? 6 : 0);
+      const vertical = ticks(panel.low, panel.high, Math.max(3, (panel.bottom - panel.top) / 40));
+      c.fillStyle = style('--faint'); c.textAlign = 'right'; c.textBaseline = 'middle';
+      for (const v of vertical.found) { rule(c, style, v, vertical, frame.l, py(panel, v), w - frame.r, py(panel, v)); c.fillText(label(v, vertical), frame.l - 6, py(panel, v)); }
+      for (const v of horizontal.found) rule(c, style, 1, {step: 0}, px(v), panel.top, px(v), panel.bottom);
+      c.strokeStyle = style('--event'); c.beginPath();
+      let before = -Infinity;
+      for (const t of combed ? [] : events) {  // of those too close to be told apart, one
+        const at = px(t);
+        if (at - before < 3) continue;
+        before = at;
+        c.moveTo(at, panel.bottom); c.lineTo(at, panel.bottom - 7);
+      }
+      c.stroke();
+      c.textAlign = 'left'; c.textBaseline = 'top';
+      panel.curves.forEach((s, k) => {
+        inkOf(c, s); c.lineWidth = 1.6;
+        inTwo(c, x.length, s.trusted, i => c.lineTo(px(x[i]), py(panel, s.data[i])));
+        const [at, line] = places[k] ?? [];
+        if (line === undefined) return;
+        c.beginPath(); c.lineWidth = 3; c.moveTo(at, top + 10 + NAME_LINE * line); c.lineTo(at + 14, top + 10 + NAME_LINE * line); c.stroke();
+        c.fillText(shown(s), at + 18, top + 4 + NAME_LINE * line);
+      });
+      c.setLineDash([]); c.lineWidth = 1; c.textAlign = 'right';
+      const told = (text, colour) => { c.fillStyle = style(colour); c.fillText(text, w - 4, top + 4 + NAME_LINE * (lines - 1)); };
+      if (places.length < panel.curves.length) told(`+ ${panel.curves.length - places.length}`, '--faint');
+      else if (!j && events.length && after + c.measureText(MARKED).width < w) told(combed ? `${events.length} events` : MARKED, '--event');
+    });
+    c.fillStyle = style('--faint'); c.textAlign = 'center'; c.textBaseline = 'top';
     for (const v of horizontal.found) {
-      c.beginPath(); c.moveTo(px(v), frame.t); c.lineTo(px(v), h - frame.b); c.stroke();
       const text = label(v, horizontal);
       c.fillText(text, Math.min(px(v), w - c.measureText(text).width / 2 - 1), h - frame.b + 4);  // the last one stays whole
     }
     c.fillText(second ? `time / ${second}` : 'time', w - frame.r - 30, h - 14);
-    c.strokeStyle = style('--event'); c.beginPath();
-    let before = -Infinity;
-    for (const t of events) {  // of those too close to be told apart, one
-      const at = px(t);
-      if (at - before < 3) continue;
-      before = at;
-      c.moveTo(at, frame.t); c.lineTo(at, frame.t + 7); c.moveTo(at, h - frame.b); c.lineTo(at, h - frame.b - 7);
-    }
-    c.stroke();
-    c.textAlign = 'left'; c.lineJoin = 'round';
-    curves.forEach((curve, k) => {
-      const {data, stride, offset} = curve, n = x.length;
-      c.strokeStyle = c.fillStyle = ink()[k % 6]; c.lineWidth = 1.6;
-      inTwo(c, n, curve.trusted, i => c.lineTo(px(x[i]), py(data[i * stride + offset])));
-      const [at, line] = places[k] ?? [];
-      if (line === undefined) return;
-      c.fillRect(at, 9 + LINE * line, 14, 3); c.fillText(curve.name, at + 18, 4 + LINE * line);
-    });
-    if (places.length < curves.length) { c.fillStyle = style('--faint'); c.textAlign = 'right'; c.fillText(`+ ${curves.length - places.length}`, w - 4, 4 + LINE * (MOST_LINES - 1)); }
+    c.textAlign = 'left'; c.fillText(note, frame.l, h - 14);
+    frame.t = panels[0]?.top ?? 22;
   }
 
   function mark(time) {
     marker.style.cssText = `left: ${px(time)}px; top: ${frame.t}px; bottom: ${frame.b}px`;
   }
 
-  const pick = event => {
-    const share = (event.offsetX - frame.l) / (canvas.clientWidth - frame.l - frame.r);
-    onTime(x[0] + Math.min(1, Math.max(0, share)) * (end - x[0]));
-  };
-  canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); pick(e); });
-  canvas.addEventListener('pointermove', e => e.buttons && pick(e));
+  const under = event => x[0] + Math.min(1, Math.max(0, (event.offsetX - frame.l) / (w - frame.l - frame.r))) * (end - x[0]);
+  /** Says the value of the nearest curve at the time under the pointer. */
+  function read(event) {
+    const panel = panels.find(p => event.offsetY < p.bottom) ?? panels.at(-1), t = Math.min(under(event), x.at(-1));
+    let i = x.findIndex(v => v >= t);
+    if (i > 0 && t - x[i - 1] < x[i] - t) i--;
+    const off = s => Math.abs(py(panel, s.data[i]) - event.offsetY), s = panel?.curves.reduce((a, b) => off(b) < off(a) ? b : a);
+    reading.hidden = !s;
+    if (!s) return;
+    reading.textContent = `${s.name} ${number(s.data[i])} ${s.unit} at ${number(x[i])} ${second}`;
+    reading.style.cssText = `top: ${Math.max(0, event.offsetY - 30)}px; ${event.offsetX < w / 2 ? `left: ${event.offsetX + 12}px` : `right: ${w - event.offsetX + 12}px`}; color: ${ink()[s.index % 7]}`;
+  }
+  canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); onTime(under(e)); });
+  canvas.addEventListener('pointermove', e => { read(e); if (e.buttons) onTime(under(e)); });
+  for (const end of ['pointerleave', 'pointercancel']) canvas.addEventListener(end, () => { reading.hidden = true; });
   new ResizeObserver(() => x.length && canvas.clientWidth && drawStill()).observe(canvas);
   return {
-    set(abscissa, list, marks, unit, last) {
-      x = abscissa; curves = list; events = marks; second = unit; end = last; low = Infinity; high = -Infinity;
-      for (const {data, stride, offset} of curves)
-        for (let i = 0; i < x.length; i++) { const v = data[i * stride + offset]; if (v < low) low = v; if (v > high) high = v; }
-      if (!(high >= low)) { low = 0; high = 1; }
-      const pad = (high - low || Math.abs(high) || 1) * 0.06; low -= pad; high += pad;
+    /** Curves {name, unit, data, trusted} over the abscissa; `told` stands below them. */
+    set(abscissa, list, marks, unit, last, told) {
+      x = abscissa; events = marks; second = unit; end = last; note = told; reading.hidden = true;
+      curves = list.map((s, index) => {
+        let low = Infinity, high = -Infinity;
+        for (const v of s.data) { if (v < low) low = v; if (v > high) high = v; }
+        return {...s, index, low, high};
+      });
       drawStill();
     },
-    mark,
+    mark, panels: () => panels.map(p => p.curves.map(s => s.name)),
   };
 }
+const MARKED = '❘ events';
 
 const label = (v, {step, digits}) => step >= 1e5 || step < 1e-4 ? (Math.abs(v) < step / 2 ? '0' : v.toExponential(1)) : v.toFixed(digits);
 
@@ -126,14 +183,15 @@ function makePhase(canvas, {ink}) {
     c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
     const X = ticks(box[0], box[1], Math.max(3, w / 70)), Y = ticks(box[2], box[3], Math.max(3, h / 45));
     c.textAlign = 'center'; c.textBaseline = 'top';
-    for (const v of X.found) { c.beginPath(); c.moveTo(px(v), 26); c.lineTo(px(v), h - 34); c.stroke(); c.fillText(label(v, X), px(v), h - 30); }
+    for (const v of X.found) { rule(c, style, v, X, px(v), 26, px(v), h - 34); c.fillText(label(v, X), px(v), h - 30); }
     c.fillText(names[0], w / 2 + 20, h - 15);
     c.textAlign = 'right'; c.textBaseline = 'middle';
-    for (const v of Y.found) { c.beginPath(); c.moveTo(52, py(v)); c.lineTo(w - 12, py(v)); c.stroke(); c.fillText(label(v, Y), 46, py(v)); }
+    for (const v of Y.found) { rule(c, style, v, Y, 52, py(v), w - 12, py(v)); c.fillText(label(v, Y), 46, py(v)); }
     c.textAlign = 'left'; c.fillText(names[1], 8, 8);
     c.strokeStyle = ink()[0]; c.lineWidth = 1.5; c.lineJoin = 'round';
     inTwo(c, a.length, trusted, i => c.lineTo(px(a[i]), py(b[i])));
     c.lineWidth = 1;
+    if (a.length) { c.beginPath(); c.arc(px(a[0]), py(b[0]), 3.5, 0, 7); c.fillStyle = style('--back'); c.fill(); c.stroke(); }  // where it begins
   }
   function mark(x, y) {
     at = [x, y];

@@ -66,7 +66,7 @@ function makeStage(host, {up = [0, 0, 1]}) {
       gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, n, gl.FLOAT, false, stride, offset); gl.vertexAttribDivisor(i, 1);
     });
     gl.bindVertexArray(null);
-    const item = {vao, n: 0, colour: rgb(colour), width, set(rows) {
+    const item = {vao, n: 0, colour: rgb(colour), width, paint(c) { item.colour = rgb(c); return item; }, set(rows) {
       gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.bufferData(gl.ARRAY_BUFFER, rows, gl.DYNAMIC_DRAW);
       item.n = strip ? Math.max(0, rows.length / 4 - 1) : rows.length / 8;
     }};
@@ -76,7 +76,7 @@ function makeStage(host, {up = [0, 0, 1]}) {
   const floor = line('#8899aa', 1, false);
   function lay(height, target, size) {
     ground = height;
-    const rows = [], N = 10, step = size / 8, o = up.map((v, i) => v * ground + (v ? 0 : target[i]));
+    const rows = [], N = 10, step = size / 8, o = up.map((v, i) => v * ground + (v ? 0 : Math.round(target[i] / step) * step));
     const p = (i, j) => o.map((v, k) => v + step * (i * side[k] + j * ahead[k]));
     for (let i = 1 - N; i < N; i++) for (const q of [(a, b) => p(a, b), (a, b) => p(b, a)]) {
       const end = Math.sqrt(N * N - i * i), faded = k => [...q(i, k), 1 - Math.hypot(i, k) / N];  // fewest pieces: each costs as much as a triangle
@@ -178,7 +178,7 @@ function makeStage(host, {up = [0, 0, 1]}) {
     for (let j = 0; j < 4; j++) for (let i = 0; i < 3; i++) m[4 * j + i] = (i === j ? 1 : 0) - (j < 3 ? up[j] : -g) * l[i] * k;
     m[15] = 1;
     gl.enable(gl.STENCIL_TEST); gl.stencilFunc(gl.EQUAL, 0, 255); gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR); gl.depthMask(false);
-    fill(m, 0.16);
+    fill(m, +getComputedStyle(host).getPropertyValue('--shadow'));
     gl.disable(gl.STENCIL_TEST); gl.depthMask(true);
   }
   return {
@@ -238,13 +238,14 @@ function makeScene(host, plan) {
     item.shaft ??= stage.solid('cylinder', colour); item.head ??= stage.solid('cone', colour);
     if (!(n > 1e-12)) { item.shaft.pose(null); item.head.pose(null); return item; }
     const tip = a.map((x, k) => x + d[k]), h = Math.min(0.35 * n, size * 0.03), mid = a.map((x, k) => x + d[k] * (1 - h / n));
+    item.shaft.paint(colour); item.head.paint(colour);
     item.shaft.pose(between(a, mid, t)); item.head.pose(between(mid, tip, t * 2.6));
     return item;
   }
   function put(k, v, state) {
     const s = plan.shapes[k], colour = s.colour || s.own, small = size * 0.008;
     const solid = kind => { const it = items[k] ??= stage.solid(kind, colour); it.paint(colour); return it; };
-    const line = width => items[k] ??= stage.line(colour, width);
+    const line = width => (items[k] ??= stage.line(colour, width)).paint(colour);
     switch (s.kind) {
       case 'box': { const [X, Y, Z] = axes(v); return solid('box').pose(frame(scaled(X, v[12]), scaled(Y, v[13]), scaled(Z, v[14] || size * 0.01), v.subarray(0, 3))); }
       case 'sphere': { const [X, Y, Z] = axes(v), r = s.relative ? small : v[12]; return solid('sphere').pose(frame(scaled(X, r), scaled(Y, r), scaled(Z, r), v.subarray(0, 3))); }
@@ -253,6 +254,10 @@ function makeScene(host, plan) {
       case 'cone': return solid('cone').pose(along(v, [v[14], v[15], v[16]], v[13], v[12], false));
       case 'disk': { const r = s.relative ? small : v[12]; return solid('cylinder').pose(along(v, [v[13], v[14], v[15]], r * 0.08, r, true)); }
       case 'torus': return solid('torus').pose(along(v, [v[14], v[15], v[16]], v[13] * 10, v[12], true));
+      case 'plane': {  // a level one is the floor
+        const n = unit(sub(world(v, v[12], v[13], v[14]), v)), a = unit(cross(n, Math.abs(n[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), wide = dot(n, plan.up) > 0.999 ? 0 : size / 2;
+        return solid('box').pose(frame(scaled(a, wide), scaled(cross(n, a), wide), scaled(n, size * 0.002), v.subarray(0, 3)));
+      }
       case 'mesh': { const [X, Y, Z] = axes(v); const it = items[k] ??= stage.solid('mesh' + k, colour, plan.meshes[s.text]); return it.pose(frame(scaled(X, v[12]), scaled(Y, v[13]), scaled(Z, v[14]), v.subarray(0, 3))); }
       case 'surface': {
         if (!items[k]) items[k] = stage.solid('surface' + k, colour, grid(v, s.grid));
@@ -279,7 +284,7 @@ function makeScene(host, plan) {
     fit(box) {
       size = box.size;
       const {camera} = stage, middle = box.low.map((v, k) => (v + box.high[k]) / 2), h = plan.up.findIndex(x => x === 1);
-      stage.lay(box.low[h] - size * 0.02, middle, size * 1.6);
+      stage.lay(box.floor ?? box.low[h] - size * 0.02, middle, size * 1.6);
       if (!camera.moved) { camera.target = middle; camera.box = box; camera.elevation = plan.flat ? 0.12 : 0.3; camera.azimuth = plan.flat ? -1.35 : -1.1; }
     },
     draw(state) {

@@ -49,6 +49,7 @@ SHAPES: Mapping[str, ShapeKind] = {
     "disk": ShapeKind(
         "a flat disk around z", (ShapeArgument("radius", "length", optional=True, relative=True), _AXIS)
     ),
+    "plane": ShapeKind("an endless plane across z", (_AXIS,)),
     "polygon": ShapeKind("a closed line through corners", (ShapeArgument("corners", "corners"),)),
     "mesh": ShapeKind(
         "the surface of a mesh file", (ShapeArgument("file", "file"), ShapeArgument("scale", "scale"))

@@ -127,8 +127,7 @@ function carry(old, page) {
     const now = page.sliders.find(q => q.name === s.name && q.group === s.group);
     if (now && s.value !== s.default && now.value !== s.value) { now.show(s.value); set = true; }
   }
-  const speed = document.querySelector('iframe.coming').contentDocument.getElementById('speed');
-  if (speed.value !== get('speed').value) { speed.value = get('speed').value; speed.onchange(); }
+  if (page.speed !== before.speed) page.offer(before.speed);
   page.time = before.time;
   if (set) page.integrate(false);
   else if (page.run && before.time <= page.run.t[page.run.n - 1]) page.go(before.time);

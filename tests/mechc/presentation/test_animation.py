@@ -136,6 +136,40 @@ experiment(stop = 1 s);
 """
 
 
+def test_tracks_of_an_array_have_one_scale() -> None:
+    """The shape of a mode is seen; what goes much farther has a scale of its own, and so has an angle."""
+    found = solution(
+        "coordinate Length x[3] = {1 mm, 2 mm, 1 mm}; coordinate Length far = 0 m; coordinate Angle phi = 0 rad; initial der(far) = 1 m/s;"
+        "initial der(phi) = 1 rad/s; kinetic 1/2*1 kg*(dot(der(x), der(x)) + der(far)^2) + 1/2*1 kg.m^2*der(phi)^2;"
+        "potential 1/2*10 N/m*dot(x, x); experiment(stop = 2 s);"
+    )
+    painter = Painter(found, np.array([0.0, 1.0]), small=0.02)
+    assert [last for *_, last in painter.tracks.values()] == [False, False, True, True, True]
+    for name, ends in {"x[1]": (-2e-3, 2e-3), "x[3]": (-2e-3, 2e-3), "far": (0, 2)}.items():
+        assert painter.tracks[name][:2] == pytest.approx(ends, rel=1e-4, abs=1e-9)
+
+
+def test_an_endless_plane_lies_across_the_picture(tmp_path: Path) -> None:
+    """A line over nine tenths of the width in the plane; in space a face that is wider than what moves."""
+    flat = solution(
+        "coordinate x = 0 m; coordinate y = 0.1 m; kinetic 1/2*1 kg*(der(x)^2 + der(y)^2); draw sphere(5 cm) at {x, y};"
+        'draw plane(axis = {0, 1}) at {0, 0} m, colour = "#0000ff"; initial der(x) = 1 m/s; experiment(stop = 1 s);'
+    )
+    snapshot(flat, tmp_path / "flat.png", [0.5])
+    with Image.open(tmp_path / "flat.png") as picture:
+        seen = np.asarray(picture.convert("RGB")).astype(int)
+        blue = (seen[..., 2] > seen[..., 0] + 60).any(axis=0)
+        assert blue.mean() > 0.8
+    deep = solution(
+        "coordinate Length r[3] = {0, 0, 1} m; kinetic 1/2*1 kg*dot(der(r), der(r)); draw sphere(5 cm) at r;"
+        'draw plane() at {0, 0, 0.95} m, colour = "#0000ff"; initial der(r) = {1, 0, 0} m/s; experiment(stop = 1 s);'
+    )
+    snapshot(deep, tmp_path / "deep.png", [0.5])
+    with Image.open(tmp_path / "deep.png") as picture:
+        seen = np.asarray(picture.convert("RGB")).astype(int)
+        assert (seen[..., 2] > seen[..., 0] + 30).any(axis=0).mean() > 0.25
+
+
 def test_dials_of_a_model_in_space_stand_in_the_plane_of_the_picture(tmp_path: Path) -> None:
     """Nothing of it has a place, so that its output is shown by a dial."""
     found = solution(SPINNING)

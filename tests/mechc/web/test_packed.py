@@ -31,7 +31,7 @@ def samples() -> list[bytes]:
 def test_python_reads_what_it_has_written(samples: list[bytes]) -> None:
     texts = [packed(data) for data in samples]
     assert [unpacked(text) for text in texts] == samples
-    assert not {*"".join(texts)} & {*"<\"'\\\n "}  # it stands in a string of a script of a page
+    assert not {*"".join(texts)} & {*'<"\\\n '}  # it stands in a string of a script of a page
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")

@@ -1,0 +1,303 @@
+"""What a page shows of a motion, in a real browser: tracks to one scale, what travels far, the speed of playing, curves in panels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from browsers import Opened, needs_browser, running_browser
+
+import mechc
+from mechc.web.page import page
+
+pytestmark = needs_browser
+
+PHONE = {"width": 390, "height": 844}
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    yield from running_browser()
+
+
+def opened(browser: Any, folder: Path, text: str, **options: Any) -> Opened:
+    path = folder / "page.html"
+    path.write_text(page(mechc.loads(text)))
+    return Opened(browser, path, **options)
+
+
+CHAIN = """
+structural parameter Integer n = 30;
+coordinate Length x[n] = {1 mm*i for i in 1:n};
+coordinate Length drift = 1 km;
+initial der(drift) = 1 m/s;
+kinetic 1/2*1 kg*(dot(der(x), der(x)) + der(drift)^2);
+potential 1/2*10 N/m*dot(x, x);
+experiment(stop = 5 s);
+"""
+RANGES = "[...motion(page.run, page.info.scene).ranges].map(([s, r]) => [s.text, ...r])"
+
+
+def test_tracks_of_an_array_have_one_scale_and_those_left_out_are_counted(
+    browser: Any, tmp_path: Path
+) -> None:
+    tab = opened(browser, tmp_path, CHAIN)
+    ranges = {name: (low, high) for name, low, high in tab.ask(RANGES)}
+    assert len(ranges) == 24 and len(set(ranges.values())) == 1
+    assert ranges["x[1]"] == pytest.approx((-0.024, 0.024), rel=1e-3)
+    assert tab.ask("page.info.scene.left") == 7  # 31 coordinates
+    assert tab.ask("document.getElementById('chosen').textContent").startswith("6 of ")
+    assert tab.ask("page.info.moreCurves") == 25
+    assert tab.said == []
+
+
+@pytest.mark.slow
+def test_a_track_that_hardly_moves_beside_another_has_a_scale_of_its_own(
+    browser: Any, tmp_path: Path
+) -> None:
+    """A body above a wheel is so on one scale; what goes a kilometre has another than what swings by a millimetre."""
+    model = """coordinate Length upper = 60 cm; coordinate Length lower = 30 cm; coordinate Length {far};
+    kinetic 1/2*1 kg*(der(upper)^2 + der(lower)^2 + der({name})^2);
+    potential 1/2*100 N/m*((upper - 0.7 m)^2 + (lower - 0.2 m)^2) + 1 N*{name};
+    experiment(stop = 5 s);"""
+    near = opened(browser, tmp_path, model.format(far="third = 50 cm", name="third").replace("1 N*", "0 N*"))
+    assert len({tuple(r[1:]) for r in near.ask(RANGES)}) == 1
+    far = opened(browser, tmp_path, model.format(far="far = 1 m", name="far"))
+    found = {name: (low, high) for name, low, high in far.ask(RANGES)}
+    assert found["far"][1] - found["far"][0] > 10
+    assert found["upper"] == pytest.approx((0.6, 0.8), rel=1e-3)
+
+
+@pytest.mark.slow
+def test_tracks_leave_their_room_to_the_curves(browser: Any, tmp_path: Path) -> None:
+    text = "coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; potential 1/2*10 N/m*x^2; experiment(stop = 5 s);"
+    heights = "['#scene', '#plot'].map(id => document.querySelector(id).clientHeight)"
+    for screen in ({"width": 1440, "height": 900}, PHONE):
+        scene, plot = opened(browser, tmp_path, text, viewport=screen).ask(heights)
+        assert scene < 130 < plot
+
+
+CAR = """
+model Car
+  coordinate Length x = 0 m; coordinate Length y = 0 m;
+  initial der(x) = 25 m/s; initial der(y) = {side} m/s;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  draw box({{4, 2}} m) at {{x, y}};
+  experiment(stop = 8 s);
+end Car;
+"""
+
+
+def test_what_travels_far_is_followed_and_leaves_a_trace(browser: Any, tmp_path: Path) -> None:
+    tab = opened(browser, tmp_path, CAR.format(side=0.4))
+    wide = tab.ask("document.getElementById('scene').clientWidth")
+    for share in (0, 0.3, 1):
+        tab.ask(f"page.go({8 * share})")
+        at = tab.ask("page.project(Array.from(page.values(0).slice(0, 3)))")
+        assert at["x"] == pytest.approx(wide / 2, abs=1) and 4 * at["scale"] > wide / 30
+    assert "trail" in tab.ask("page.shapes.map(s => s.kind)")
+    tab.ask("document.getElementById('follow').click()")
+    assert 4 * tab.ask("page.project([0, 0, 0]).scale") < wide / 30
+    assert tab.said == []
+    across = opened(browser, tmp_path, CAR.format(side=10))  # a way that fills the picture is seen whole
+    assert not across.ask("page.follows()")
+
+
+TURNED = """
+coordinate Angle phi = 0 rad;
+initial der(phi) = {w} rad/s;
+kinetic 1/2*1 kg.m^2*der(phi)^2;
+experiment(stop = {stop} s);
+"""
+
+
+@pytest.mark.parametrize(
+    ("w", "stop", "speed"),
+    [
+        (140, 2, 0.1),  # 22 turns in a second
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
+                (1, 10, 1),
+                (4000, 10, 0.1),  # no slower than a minute for all
+                (1, 2, 0.5),
+                (1, 0.45, 0.1),
+                (1e-3, 3000, 200),
+                (1, 2e-6, 5e-7),
+            )
+        ),
+    ],
+)
+def test_the_speed_lets_the_motion_be_seen(
+    w: float, stop: float, speed: float, browser: Any, tmp_path: Path
+) -> None:
+    tab = opened(browser, tmp_path, TURNED.format(w=w, stop=stop))
+    found = tab.ask("page.speed")
+    assert found == speed
+    assert tab.ask("+document.getElementById('speed').value") == found
+    if 0.5 < stop < 100:
+        assert "1" in tab.ask("[...document.getElementById('speed').options].map(o => o.value)")
+    turns = w * found / 60 / (3.141592653589793 / 9)
+    assert turns <= 1 or stop / found >= 59
+
+
+BAR = """
+import mech.planar.*;
+Bar bar(m = 1 kg, l = 1 m);
+Revolute hinge(world -> bar.a, der(angle) = 140 rad/s);
+experiment(stop = 4 s);
+"""
+UNSEEN = """
+coordinate Angle phi = 0 rad; initial der(phi) = 140 rad/s; kinetic 1/2*1 kg.m^2*der(phi)^2;
+draw box({1, 0.1} m) at {0, 0} m;
+experiment(stop = 4 s);
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("text", "speed"), [(BAR, 0.1), (UNSEEN, 1)])
+def test_the_speed_is_that_of_what_is_seen(text: str, speed: float, browser: Any, tmp_path: Path) -> None:
+    assert opened(browser, tmp_path, text).ask("page.speed") == speed
+
+
+MIXED = """
+coordinate Length s = 1 m; coordinate Length large = 200 m; coordinate Angle phi = 0.1 rad; coordinate Length still = 3 m;
+kinetic 1/2*1 kg*(der(s)^2 + der(large)^2 + der(still)^2) + 1/2*1 kg.m^2*der(phi)^2;
+potential 1/2*10 N/m*(s^2 + large^2) + 5 N.m*phi^2;
+experiment(stop = 5 s);
+"""
+
+
+def test_curves_have_a_panel_for_each_unit_and_size(browser: Any, tmp_path: Path) -> None:
+    tab = opened(browser, tmp_path, MIXED, viewport={"width": 1440, "height": 900})
+    assert tab.ask("page.panels()") == [["s"], ["large"], ["phi"]]
+    tab.tab.set_viewport_size({"width": 1440, "height": 560})  # in less height those of one unit go together
+    tab.wait("page.panels().length === 2")
+    assert tab.ask("page.panels()") == [["s", "large"], ["phi"]]
+
+
+def test_a_curve_says_its_value_under_the_pointer(browser: Any, tmp_path: Path) -> None:
+    tab = opened(
+        browser,
+        tmp_path,
+        "coordinate x = 1 m; initial der(x) = 1 m/s; kinetic 1/2*1 kg*der(x)^2; experiment(stop = 4 s);",
+    )
+    box = tab.tab.query_selector("#plot").bounding_box()
+    left, right = box["x"] + 58, box["x"] + box["width"] - 12
+    tab.tab.mouse.move((left + right) / 2, box["y"] + box["height"] / 2)
+    assert tab.ask("document.querySelector('.reading').textContent") == "x 3 m at 2 s"
+    tab.tab.mouse.move(5, 5)
+    assert tab.ask("document.querySelector('.reading').hidden")
+
+
+SAMPLED = """
+coordinate x = 0 m; discrete Force u = 0 N;
+kinetic 1/2*1 kg*der(x)^2;
+when sample({every}) then u := 1 N - 1 N/m*x; end when;
+force u on x;
+experiment(stop = 5 s);
+"""
+
+
+@pytest.mark.slow
+def test_marks_of_events_are_no_comb(browser: Any, tmp_path: Path) -> None:
+    """Pixels in the colour of events just above the axis of time."""
+    count = """() => {
+      const canvas = document.getElementById('plot'), c = canvas.getContext('2d'), {data} = c.getImageData(60, canvas.height - 36, canvas.width - 70, 1);
+      let n = 0;
+      for (let k = 0; k < data.length; k += 4) if (data[k] > 190 && data[k] - data[k + 2] > 60) n++;
+      return n;
+    }"""
+    few = opened(browser, tmp_path, SAMPLED.format(every="0.5 s"), viewport={"width": 1440, "height": 900})
+    assert few.ask(count) >= 9
+    many = opened(browser, tmp_path, SAMPLED.format(every="10 ms"), viewport={"width": 1440, "height": 900})
+    assert many.ask(count) == 0
+
+
+@pytest.mark.slow
+def test_equations_fit_a_phone_and_can_be_closed(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(
+        page(mechc.load(Path(__file__).resolve().parents[3] / "examples" / "double_pendulum.mech"))
+    )
+    tab = Opened(browser, path, viewport=PHONE)
+    tab.ask("document.getElementById('equations').click()")
+    tab.wait("document.querySelectorAll('dialog math').length > 5")
+    assert tab.ask("(d => d.scrollWidth <= d.clientWidth)(document.querySelector('dialog'))")
+    assert tab.ask("getComputedStyle(document.querySelector('dialog .row')).overflowX") == "auto"
+    tab.ask("document.querySelector('dialog .row').click()")
+    assert tab.ask("document.querySelector('dialog').open")
+    tab.tab.click("dialog .close")
+    assert not tab.ask("document.querySelector('dialog').open")
+    assert tab.said == []
+
+
+@pytest.mark.slow
+def test_a_phone_held_wide_shows_the_scene_and_its_curves(browser: Any, tmp_path: Path) -> None:
+    tab = opened(browser, tmp_path, CAR.format(side=10), viewport={"width": 844, "height": 390})
+    scene, plot, bar = tab.ask(
+        "['scene', 'plot', 'bar'].map(id => document.getElementById(id).getBoundingClientRect().toJSON())"
+    )
+    assert scene["height"] > 230 and plot["height"] > 230
+    assert max(scene["bottom"], plot["bottom"], bar["bottom"]) <= 390
+
+
+SPACE = """
+model Thrown
+  coordinate Length r[3] = {{0, 0, 1}} m;
+  initial der(r) = {{0.3, 0, 0}} m/s;
+  kinetic 1/2*1 kg*dot(der(r), der(r));
+  draw trail(r);
+  draw sphere(5 cm) at r;
+  experiment(stop = 2 s);
+end Thrown;
+""".replace("{{", "{").replace("}}", "}")
+
+
+@pytest.mark.slow
+def test_trails_in_space_follow_the_theme(browser: Any, tmp_path: Path) -> None:
+    tab = opened(browser, tmp_path, SPACE, color_scheme="light")
+    count = """async colour => {
+      page.go(1.9); page.scene;
+      const image = await new Promise(done => { document.getElementById('scene').querySelector('canvas').toBlob(done); page.go(1.9); }), at = await createImageBitmap(image);
+      const c = new OffscreenCanvas(at.width, at.height).getContext('2d'); c.drawImage(at, 0, 0);
+      const {data} = c.getImageData(0, 0, at.width, at.height);
+      let n = 0;
+      for (let k = 0; k < data.length; k += 4) if (data[k + 3] > 200 && [0, 1, 2].every(j => Math.abs(data[k + j] - colour[j]) < 12)) n++;
+      return n;
+    }"""
+    light, dark = [0xC8, 0x55, 0x3D], [0xEF, 0x8A, 0x70]
+    assert tab.ask(count, light) > 30 and tab.ask(count, dark) < 5
+    tab.ask("document.getElementById('theme').click()")
+    assert tab.ask(count, dark) > 30 and tab.ask(count, light) < 5
+
+
+FLOORS = {
+    "planar": """import mech.planar.*; import mech.shapes.*;
+    gravity {0, -9.81} m/s^2; Disk ball(r = 10 cm, m = 1 kg); Free flight(world -> ball.a, y = 10 cm, der(x) = 1 m/s);
+    shape floor: Plane on world; shape Sphere(r = 10 cm) on ball; contact floor with ball friction 0.3;
+    experiment(stop = 1 s);""",
+    "spatial": """import mech.spatial.*; import mech.shapes.*;
+    gravity {0, 0, -9.81} m/s^2; Body ball(m = 1 kg, com = {0, 0, 0} m, J = diag({1, 1, 1} kg.m^2)); Free flight(world -> ball.a, position = {0, 0, 0.5} m, der(position) = {1, 0, 0} m/s);
+    shape floor: Plane on world at {0, 0, 5 cm}; shape Sphere(r = 10 cm) on ball; contact floor with ball friction 0.3;
+    experiment(stop = 0.2 s);""",
+}
+
+
+def test_an_endless_plane_is_drawn_across_the_picture(browser: Any, tmp_path: Path) -> None:
+    """Grey pixels of the line over the whole width; a floor in space lies where it is, not below what moves."""
+    tab = opened(browser, tmp_path, FLOORS["planar"])
+    count = """() => {
+      const canvas = document.querySelector('#scene canvas'), {y, scale} = page.project([0, 0, 0]);
+      const {data} = canvas.getContext('2d').getImageData(0, Math.round(y), canvas.width, 1);
+      let n = 0;
+      for (let k = 0; k < data.length; k += 4) if (Math.abs(data[k] - 128) < 60 && data[k] === data[k + 1] && data[k] === data[k + 2]) n++;
+      return n / canvas.width;
+    }"""
+    tab.ask("page.go(0.5)")
+    assert tab.ask(count) > 0.8
+    space = opened(browser, tmp_path, FLOORS["spatial"])
+    assert space.ask("motion(page.run, page.info.scene).box().floor") == pytest.approx(0.05)
+    assert space.said == tab.said == []
