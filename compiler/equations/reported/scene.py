@@ -35,7 +35,13 @@ FEW = 6
 GAUGES = 24
 """At most so many numbers are shown as beads and dials."""
 
-BY_AXIS = {"cylinder": (1, 0, 0), "cone": (1, 0, 0), "torus": (0, 0, 1), "disk": (0, 0, 1), "plane": (0, 0, 1)}
+BY_AXIS = {
+    "cylinder": (1, 0, 0),
+    "cone": (1, 0, 0),
+    "torus": (0, 0, 1),
+    "disk": (0, 0, 1),
+    "plane": (0, 0, 1),
+}
 """The axis of a shape that does not say one."""
 
 
