@@ -121,7 +121,13 @@ def test_a_thumbnail_moves(tmp_path: Path) -> None:
 
 def test_a_curve_is_compiled_once_for_its_picture(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     formed: list[object] = []
-    monkeypatch.setattr(pipeline, "form", lambda *a, of=pipeline.form, **k: formed.append(a) or of(*a, **k))
+    form = pipeline.form
+
+    def counted(*arguments: Any, **options: Any) -> Any:
+        formed.append(arguments)
+        return form(*arguments, **options)
+
+    monkeypatch.setattr(pipeline, "form", counted)
     monkeypatch.setenv("MECHC_CACHE", str(tmp_path / "cache"))
     asked = ROOT / "examples" / "curves" / "fermat.mech", tmp_path / "fermat.html"
     assert build._made(asked) == (tmp_path / "fermat.png", "") and len(formed) == 1
