@@ -518,6 +518,28 @@ static void keep_slips(mech_solver *s)
     }
 }
 
+/* Where nothing fits, slips on surfaces that are nearly none are over: within the tolerance, their directions are any, and so may be
+ * those that no force holds. Gives whether there are any, and what fits then. */
+static int search_without(mech_solver *s, int ends)
+{
+    mech_event_state *e = s->events;
+    int slow = 0;
+    for (int nearly = 1; nearly >= 0; nearly--) { /* which of them are nearly none, but not none */
+        e->counters[MECH_NEARLY] = nearly;
+        for (int i = 0; i < e->n_rows; i++) slow += (nearly ? 1 : -1) * (mech_row_partner(s, i) >= 0 && mech_surface_friction_is_slow(s, i));
+    }
+    if (!slow) return 0;
+    for (int i = 0; i < e->n_rows; i++) {
+        if (e->open[i] > 0) e->open[i] = 0;
+        e->slides[i] = 0;
+    }
+    e->counters[MECH_NEARLY] = 1;
+    propose(s);
+    mech_surface_friction_end(s);
+    e->counters[MECH_NEARLY] = 0;
+    return search(s, ends);
+}
+
 int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
 {
     int any = 0, friction = 0;
@@ -536,7 +558,7 @@ int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
     keep_slips(s);
     propose(s);
     mech_surface_friction_end(s);
-    if (search(s, ends)) {
+    if (search(s, ends) || search_without(s, ends)) {
         if (!s->model->hybrid->crowd && !(s->events->counters[MECH_CARRIED] > 0) && mech_contact_rests_any_slide(s) &&
             mech_contact_cones_know_limits(s))
             choose_by_cones(s, -1); /* what cannot move only bears its limit of the load */
