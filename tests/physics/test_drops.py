@@ -39,6 +39,13 @@ def test_many_come_to_rest(first: int) -> None:
     assert [seed for seed in range(first, first + 30) if not check(seed)] == []
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [225, 358, 369, 405, 417, 465, 604])
+def test_shocks_and_slips_of_two_feet_end(seed: int) -> None:
+    """Quadrupeds whose steep slips no force holds, and boxes of which two corners begin to slip at once."""
+    assert check(seed)
+
+
 @pytest.mark.parametrize("angles", [(-7.602, 12.741), (5.0, 3.0)])
 def test_loads_of_what_has_fallen_are_those_of_what_stands(angles: tuple[float, float]) -> None:
     """Whichever feet came down first. Where single feet would have to carry more than their cones allow, others carry it."""

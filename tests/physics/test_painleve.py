@@ -113,9 +113,14 @@ def test_a_shock_turns_its_slip_until_forces_can_hold_it() -> None:
         (3, (1, 2)),
         (3, (-1, 2)),
     ):
-        rate = lambda _, u, mu=mu: W[:, 2] - mu * W[:, :2] @ u[:2] / np.hypot(*u[:2])  # noqa: E731
-        ends = lambda _, u: u[2] - 1e-12  # noqa: E731
-        ends.terminal, ends.direction = True, 1
+
+        def rate(_: float, u: np.ndarray, mu: float = mu) -> np.ndarray:
+            return np.asarray(W[:, 2] - mu * W[:, :2] @ u[:2] / np.hypot(*u[:2]))
+
+        def ends(_: float, u: np.ndarray) -> float:
+            return float(u[2] - 1e-12)
+
+        ends.terminal, ends.direction = True, 1  # type: ignore[attr-defined]
         path = solve_ivp(rate, (0, 10), [*slip, -1e-9], method="LSODA", rtol=1e-9, atol=1e-12, events=ends)
         assert rate(0, path.y[:, -1])[2] > 0
         solution = model.simulate(
@@ -123,7 +128,7 @@ def test_a_shock_turns_its_slip_until_forces_can_hold_it() -> None:
         )
         assert solution.outcome is Outcome.COMPLETED, solution.message
         found = [solution[name][-1] for name in ("der(x)", "der(y)", "der(z)")]
-        if rate(0, [*slip, 0])[2] > 0:  # forces hold it
+        if rate(0, np.array([*slip, 0]))[2] > 0:  # forces hold it
             assert found == pytest.approx([*slip, 0], abs=1e-5)
         else:
             assert found == pytest.approx(path.y[:, -1], abs=3e-4)

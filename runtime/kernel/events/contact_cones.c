@@ -450,7 +450,8 @@ int mech_contact_cones_shock(mech_solver *s)
             const int i = p.cones[k].at;
             if (p.contact[k] >= 0 && mech_row_may_rest(s, p.contact[k])) q[i] = 0;
             c.own[k] = p.c.w[(size_t)i * (n + 1)];
-            c.least[k] = ENDS * (slip_of(&p.cones[k], q) > 0 ? slip_of(&p.cones[k], q) : p.scale);
+            const int slips = p.cones[k].slips && !mech_surface_friction_is_slow(s, friction_of(s, p.contact[k]));
+            c.least[k] = ENDS * (slips ? slip_of(&p.cones[k], q) : p.scale);
         }
     if (memory) memcpy(first, q, (size_t)n * sizeof(mech_real));
     for (int l = 0; memory && p.scale > 0 && l < 3 && !struck; l++) {
