@@ -329,7 +329,7 @@ static const mech_real TOLD[] = {MECH_C(1e-8), MECH_C(1e-5), MECH_C(1e-2)}, GROW
 /* The angle by which a step may turn a slip, and the part by which it may change it; the part of a slip that may end in a step; a time
  * after which dampers give way at once. */
 static const mech_real TURN = MECH_C(0.01), SHRINK = MECH_C(0.3), ENDS = MECH_C(1e-3), LONG = MECH_C(1e16);
-enum { MOST_TURNS = 4000 };
+enum { MOST_TURNS = 2000, MOST_SWEEPS = 30, FEW_ROWS = 48 };
 
 /* A shock on its way: the problem, whose q are the rates of the moment; of each cone W_nn, and the slip that may end in a step; the impulses. */
 typedef struct course {
@@ -385,7 +385,8 @@ static int yield_for(const course *c, mech_real time, mech_real share)
     const mech_real ease = 1 / (share * time);
     for (int k = 0; k < p->c.n_cones; k++)
         if (p->contact[k] >= 0) w[(size_t)p->cones[k].at * (n + 1)] = c->own[k] * (1 + ease);
-    const int solved = mech_cones_refine(&p->c, p->room) || mech_cones_solve(&p->c, p->room);
+    const int swept = time < 1 && n > FEW_ROWS && mech_cones_sweep(&p->c, MOST_SWEEPS, p->room); /* of many rows, factors are dear */
+    const int solved = swept || mech_cones_refine(&p->c, p->room) || mech_cones_solve(&p->c, p->room);
     for (int k = 0; k < p->c.n_cones; k++) {
         const int i = p->cones[k].at;
         if (p->contact[k] < 0) continue;

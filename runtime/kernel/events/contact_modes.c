@@ -12,7 +12,7 @@
 #include "contact_lcp.h"
 #include "surface_friction.h"
 
-enum { ROUNDS_PER_ROW = 8, MOST_COMBINED = 8, MOST_COMBINATIONS = 1000, MOST_LOOKED = 40 };
+enum { ROUNDS_PER_ROW = 8, MOST_COMBINED = 8, MOST_COMBINATIONS = 1000, MOST_LOOKED = 40, NEARLY_NONE = 10 };
 
 static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_row_partner(s, i - 1) == i; }
 
@@ -500,7 +500,11 @@ int mech_contact_modes_end_rattle(mech_solver *s)
     if (!(s->events->counters[MECH_RATTLES] > 0)) return 0;
     mech_rows_read(s);
     mech_rows_find_response(s);
-    return shock(s);
+    if (shock(s)) return 1;
+    s->events->counters[MECH_NEARLY] = s->events->counters[MECH_RATTLES]; /* else slips that are ever less slow end */
+    mech_surface_friction_end(s);
+    s->events->counters[MECH_NEARLY] = 0;
+    return 0;
 }
 
 /* A slip that has just begun goes on, if nothing has jolted it: its speed is still below what counts as rest, and its force is
@@ -525,7 +529,7 @@ static int search_without(mech_solver *s, int ends)
     mech_event_state *e = s->events;
     int slow = 0;
     for (int nearly = 1; nearly >= 0; nearly--) { /* which of them are nearly none, but not none */
-        e->counters[MECH_NEARLY] = nearly;
+        e->counters[MECH_NEARLY] = NEARLY_NONE * nearly;
         for (int i = 0; i < e->n_rows; i++) slow += (nearly ? 1 : -1) * (mech_row_partner(s, i) >= 0 && mech_surface_friction_is_slow(s, i));
     }
     if (!slow) return 0;
@@ -533,7 +537,7 @@ static int search_without(mech_solver *s, int ends)
         if (e->open[i] > 0) e->open[i] = 0;
         e->slides[i] = 0;
     }
-    e->counters[MECH_NEARLY] = 1;
+    e->counters[MECH_NEARLY] = NEARLY_NONE;
     propose(s);
     mech_surface_friction_end(s);
     e->counters[MECH_NEARLY] = 0;

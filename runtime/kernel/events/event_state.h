@@ -60,7 +60,7 @@ enum {
     MECH_PACE, MECH_STEEPEST, MECH_UNLISTED,
     MECH_CARRIED, /* all that touches rests, and loads lie in their cones by other shares than those of the modes */
     MECH_FLIES,   /* nothing is laid down                                                       */
-    MECH_NEARLY,  /* slips that the tolerance hardly knows from none count as none              */
+    MECH_NEARLY,  /* slips of so many times what counts as none count as none                   */
     MECH_RATTLES, /* instants follow each other without progress                                */
     MECH_COUNTERS
 };

@@ -12,7 +12,7 @@
 #include "contact_projection.h"
 #include "method.h"
 
-enum { TOLERANCES = 3, NEARLY = 10 }; /* of the largest slip: what counts as none; by how much more, where that is nearly none */
+enum { TOLERANCES = 3 }; /* of the largest slip: what counts as none */
 
 static mech_real *sign(const mech_solver *s, int i) { return &s->events->z[s->events->rows[i].sign]; }
 
@@ -29,7 +29,7 @@ mech_real mech_surface_friction_none(const mech_solver *s, int i)
 
 int mech_surface_friction_is_slow(const mech_solver *s, int i)
 {
-    const mech_real share = s->events->counters[MECH_NEARLY] > 0 ? NEARLY : 1;
+    const mech_real share = mech_max(1, s->events->counters[MECH_NEARLY]);
     const mech_real most = mech_row_partner(s, i) < 0 ? 10 * mech_row_still(s, i) : 2 * share * mech_surface_friction_none(s, i);
     return mech_row_size(s, i, MECH_RATE) <= most;
 }
