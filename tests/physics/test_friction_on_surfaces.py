@@ -218,3 +218,32 @@ def test_a_contact_that_cannot_slip_one_way(slip: str) -> None:
     x = 3 * 0.5 - (0.3 * GRAVITY * 0.5**2 / 2 if slides else 0)
     assert run["x"][-1] == pytest.approx(x, abs=1e-9)
     assert run["y"][-1] == pytest.approx(2, abs=1e-9)
+
+
+BAR = """
+coordinate Length x = 0 m;
+coordinate Length y = 0 m;
+coordinate Length z = 0 m;
+coordinate yaw = 0 rad;
+coordinate pitch = 0 rad;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2 + der(z)^2) + 1/2*0.1 kg.m^2*(der(yaw)^2 + der(pitch)^2);
+potential 1 kg*9.81 m/s^2*z;
+parameter Length foot[2] = {0.5 m, -0.5 m};
+for i in 1:2 loop
+  contact on[i]: z + foot[i]*pitch friction 0.5 along {der(x), der(y) + foot[i]*der(yaw)};
+end for;
+force 3*time*1 N/s on x;
+force 4*time*1 N/s on y;
+experiment(stop = 2 s);
+"""
+
+
+def test_feet_of_one_bar_begin_to_slip_in_one_direction() -> None:
+    """Pulled askew by 5 N/s, two feet slip that have only three freedoms: x'' = 5 t - mu g in that direction from 0.981 s on."""
+    solution = mechc.loads(BAR).simulate(estimate_error=False)
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    begins = 0.5 * GRAVITY / 5
+    assert [(e.kind, e.name) for e in solution.events] == [("slip", "on[1]"), ("slip", "on[2]")]
+    assert all(abs(e.time - begins) < 1e-7 for e in solution.events)
+    way = 5 * (2 - begins) ** 3 / 6
+    assert [solution["x"][-1], solution["y"][-1]] == pytest.approx([0.6 * way, 0.8 * way], abs=1e-6)

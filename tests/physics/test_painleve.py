@@ -6,6 +6,7 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import mechc
 from mechc.runtime.outcome import Outcome
@@ -82,3 +83,52 @@ def test_one_is_found_two_are_refused_and_none_is_an_impact(rod: mechc.Model) ->
             assert solution.outcome is Outcome.COMPLETED
             assert solution["N"][0] == pytest.approx(max(0, -b / S), rel=1e-9)
     assert min(seen.values()) >= 3
+
+
+LOPSIDED = """
+parameter mu = 2;
+parameter Velocity slip[2] = {1 m/s, 2 m/s};
+coordinate Length x = 0 m;
+coordinate Length y = 0 m;
+coordinate Length z = 0 m;
+initial der(x) = slip[1];
+initial der(y) = slip[2];
+kinetic (2/7) kg*der(x)^2 + (5/2) kg*der(y)^2 + (8/7) kg*der(z)^2 - (6/7) kg*der(x)*der(z);
+force -1 N on z;
+contact ground: z friction mu along {der(x), der(y)};
+experiment(stop = 1e-7 s);
+"""
+
+
+def test_a_shock_turns_its_slip_until_forces_can_hold_it() -> None:
+    """Of this mass, as one that a linkage carries, only the slip along x drives the contact into the ground. The velocities over the impulse
+    of the contact: friction against the slip of the moment, to where the approach ends (G. Darboux 1880, J. B. Keller 1986)."""
+    model = mechc.loads(LOPSIDED)
+    W = np.array([[4, 0, 1.5], [0, 0.2, 0], [1.5, 0, 1]])
+    for mu, slip in (
+        (1.2, (1, 0.5)),
+        (1.2, (1, -1)),
+        (2, (0.5, 1)),
+        (2, (1, 0.5)),
+        (3, (1, 2)),
+        (3, (-1, 2)),
+    ):
+
+        def rate(_: float, u: np.ndarray, mu: float = mu) -> np.ndarray:
+            return np.asarray(W[:, 2] - mu * W[:, :2] @ u[:2] / np.hypot(*u[:2]))
+
+        def ends(_: float, u: np.ndarray) -> float:
+            return float(u[2] - 1e-12)
+
+        ends.terminal, ends.direction = True, 1  # type: ignore[attr-defined]
+        path = solve_ivp(rate, (0, 10), [*slip, -1e-9], method="LSODA", rtol=1e-9, atol=1e-12, events=ends)
+        assert rate(0, path.y[:, -1])[2] > 0
+        solution = model.simulate(
+            set={"mu": mu, "slip[1]": slip[0], "slip[2]": slip[1]}, estimate_error=False
+        )
+        assert solution.outcome is Outcome.COMPLETED, solution.message
+        found = [solution[name][-1] for name in ("der(x)", "der(y)", "der(z)")]
+        if rate(0, np.array([*slip, 0]))[2] > 0:  # forces hold it
+            assert found == pytest.approx([*slip, 0], abs=1e-5)
+        else:
+            assert found == pytest.approx(path.y[:, -1], abs=3e-4)

@@ -318,31 +318,153 @@ int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution, int 
     return solved;
 }
 
+/* ---- shocks -------------------------------------------------------------------------------------------------------- */
+
+/* While impulses grow, friction stays against the slip of the moment, which turns and ends (G. Darboux 1880, J. B. Keller 1986). Of one contact
+ * nothing else counts; several share as dampers of equal times would: du = W dr, dr_n = max(0, -u_n)/W_nn per unit of time. Where slips
+ * drive contacts into the ground, any approach grows until they have turned or ended; all others fade. */
+
+/* Approaches, in the largest speed, that tell whether there is a shock, and by how much one grows then. */
+static const mech_real TOLD[] = {MECH_C(1e-8), MECH_C(1e-5), MECH_C(1e-2)}, GROWN = 100;
+/* The angle by which a step may turn a slip, and the part by which it may change it; the part of a slip that may end in a step; a time
+ * after which dampers give way at once. */
+static const mech_real TURN = MECH_C(0.01), SHRINK = MECH_C(0.3), ENDS = MECH_C(1e-3), LONG = MECH_C(1e16);
+enum { MOST_TURNS = 2000, MOST_SWEEPS = 30, FEW_ROWS = 48 };
+
+/* A shock on its way: the problem, whose q are the rates of the moment; of each cone W_nn, and the slip that may end in a step; the impulses. */
+typedef struct course {
+    problem *p;
+    mech_real *own, *least, *total;
+} course;
+
+static mech_real slip_of(const mech_cone *k, const mech_real *u)
+{
+    const mech_real *t = u + k->at + 1;
+    return k->slips == 2 ? mech_sqrt(t[0] * t[0] + t[1] * t[1]) : k->slips ? mech_abs(t[0]) : 0;
+}
+
+static mech_real fastest_approach(const problem *p, const mech_real *u)
+{
+    mech_real most = 0;
+    for (int k = 0; k < p->c.n_cones; k++)
+        if (p->contact[k] >= 0) most = mech_max(most, -u[p->cones[k].at]);
+    return most;
+}
+
+/* By how much slips turn and change in a step to the rates u, in the most that they may. */
+static mech_real change_of_slips(const course *c, const mech_real *u, mech_real turn)
+{
+    mech_real most = 0;
+    for (int k = 0; k < c->p->c.n_cones; k++) {
+        const mech_cone *cone = &c->p->cones[k];
+        const mech_real *before = c->p->c.q + cone->at + 1, *after = u + cone->at + 1;
+        const mech_real size = mech_max(slip_of(cone, c->p->c.q), c->least[k]);
+        mech_real along = 0, across = 0;
+        if (!cone->slips || (slip_of(cone, c->p->c.q) <= c->least[k] && slip_of(cone, u) <= c->least[k])) continue;
+        for (int i = 0; i < cone->slips; i++) along += before[i] * (after[i] - before[i]);
+        if (cone->slips == 2) across = mech_abs(before[0] * after[1] - before[1] * after[0]);
+        most = mech_max(most, mech_max(mech_abs(along) / SHRINK, across / turn) / (size * size));
+    }
+    return most;
+}
+
+/* Whether there is a slip that may end in a step. */
+static int any_ends(const course *c)
+{
+    int ends = 0;
+    for (int k = 0; k < c->p->c.n_cones; k++) ends |= c->p->cones[k].slips && slip_of(&c->p->cones[k], c->p->c.q) <= c->least[k];
+    return ends;
+}
+
+/* The impulses of a step, in p->c.r, and the rates behind it, in p->c.u: by the rates in its middle (`share` 1/2), or by those behind it (1). */
+static int yield_for(const course *c, mech_real time, mech_real share)
+{
+    problem *p = c->p;
+    mech_real *w = p->memory;
+    const int n = p->c.n;
+    const mech_real ease = 1 / (share * time);
+    for (int k = 0; k < p->c.n_cones; k++)
+        if (p->contact[k] >= 0) w[(size_t)p->cones[k].at * (n + 1)] = c->own[k] * (1 + ease);
+    const int swept = time < 1 && n > FEW_ROWS && mech_cones_sweep(&p->c, MOST_SWEEPS, p->room); /* of many rows, factors are dear */
+    const int solved = swept || mech_cones_refine(&p->c, p->room) || mech_cones_solve(&p->c, p->room);
+    for (int k = 0; k < p->c.n_cones; k++) {
+        const int i = p->cones[k].at;
+        if (p->contact[k] < 0) continue;
+        w[(size_t)i * (n + 1)] = c->own[k];
+        p->c.u[i] -= c->own[k] * ease * p->c.r[i];
+    }
+    for (int i = 0; i < n; i++) {
+        p->c.u[i] = p->c.q[i] + (p->c.u[i] - p->c.q[i]) / share;
+        p->c.r[i] /= share;
+    }
+    return solved;
+}
+
+/* From approaches of this size, which are taken back once they have grown, until nothing approaches. Gives whether they have grown. */
+static int follow_shock(const course *c, mech_real approach)
+{
+    problem *p = c->p;
+    const int n = p->c.n;
+    mech_real *q = (mech_real *)p->c.q, time = TURN, slack = 0;
+    int grown = 0, last = 0;
+    for (int k = 0; k < p->c.n_cones; k++) {
+        if (p->contact[k] < 0) continue;
+        q[p->cones[k].at] -= approach;
+        slack = mech_max(slack, p->cones[k].slack);
+    }
+    memset(p->c.r, 0, (size_t)n * sizeof(mech_real));
+    for (int turn = 0; turn < MOST_TURNS && time > MECH_C(1e-9); turn++) {
+        const mech_real before = fastest_approach(p, q), share = time < 1 && !any_ends(c) ? MECH_C(0.5) : 1;
+        mech_real change = 10;
+        if (yield_for(c, time, share))
+            change = mech_max(fastest_approach(p, p->c.u) / before - 1, change_of_slips(c, p->c.u, share < 1 ? TURN : TURN / 10));
+        if (change > 1) {
+            time *= mech_max(MECH_C(0.1), MECH_C(0.8) / change);
+            memset(p->c.r, 0, (size_t)n * sizeof(mech_real));
+            continue;
+        }
+        for (int i = 0; i < n; i++) c->total[i] += p->c.r[i];
+        memcpy(q, p->c.u, (size_t)n * sizeof(mech_real));
+        if (!grown && fastest_approach(p, q) > GROWN * approach) {
+            grown = 1;
+            for (int k = 0; k < p->c.n_cones; k++)
+                if (p->contact[k] >= 0) q[p->cones[k].at] += approach;
+        }
+        last += time >= LONG;
+        const mech_real left = fastest_approach(p, q);
+        if (left <= (last > 2 ? slack : MECH_EPSILON * p->scale)) return grown;
+        time = mech_min(LONG, time * mech_min(2, MECH_C(0.8) / mech_max(change, MECH_C(1e-3))));
+    }
+    return 0;
+}
+
 int mech_contact_cones_shock(mech_solver *s)
 {
-    static const mech_real approaches[] = {MECH_C(1e-8), MECH_C(1e-5), MECH_C(1e-2)}; /* in the largest speed */
     problem p;
     int struck = 0;
     if (!begin_problem(s, &p, NULL, 0, NULL)) return 0;
-    mech_real *q = (mech_real *)p.c.q, size;
-    for (int k = 0; k < p.c.n_cones; k++) /* what is laid down neither rises nor falls */
-        if (p.contact[k] >= 0 && mech_row_may_rest(s, p.contact[k])) q[p.cones[k].at] = 0;
-    for (int l = 0; l < 3 && !struck; l++) {
-        const mech_real approach = approaches[l] * p.scale;
-        for (int way = -1; way <= 1; way += 2) {
-            for (int k = 0; k < p.c.n_cones; k++)
-                if (p.contact[k] >= 0) q[p.cones[k].at] += way * approach;
-            struck = way < 0 ? mech_cones_solve(&p.c, p.room) : struck && mech_cones_refine(&p.c, p.room);
+    const int n = p.c.n;
+    mech_real *q = (mech_real *)p.c.q, *memory = calloc((size_t)(4 * n + 1), sizeof(mech_real)), *first = memory + 3 * n, size;
+    const course c = {&p, memory, memory + n, memory + 2 * n};
+    if (memory)
+        for (int k = 0; k < p.c.n_cones; k++) { /* what is laid down neither rises nor falls */
+            const int i = p.cones[k].at;
+            if (p.contact[k] >= 0 && mech_row_may_rest(s, p.contact[k])) q[i] = 0;
+            c.own[k] = p.c.w[(size_t)i * (n + 1)];
+            const int slips = p.cones[k].slips && !mech_surface_friction_is_slow(s, friction_of(s, p.contact[k]));
+            c.least[k] = ENDS * (slips ? slip_of(&p.cones[k], q) : p.scale);
         }
-        mech_real change = 0; /* what goes away with the approach is not an impact */
-        for (int i = 0; i < p.c.n; i++) change = mech_max(change, mech_abs(p.c.w[(size_t)i * (p.c.n + 1)] * p.c.r[i]));
-        struck = struck && change > mech_min(100 * approach, MECH_C(1e-4) * p.scale);
-        if (struck) {
-            take_impulses(s, &p, NULL, 0);
-            struck = mech_rows_impulse_loss(s, &size) >= -MECH_C(1e-9) * size;
-        }
+    if (memory) memcpy(first, q, (size_t)n * sizeof(mech_real));
+    for (int l = 0; memory && p.scale > 0 && l < 3 && !struck; l++) {
+        memcpy(q, first, (size_t)n * sizeof(mech_real));
+        memset(c.total, 0, (size_t)n * sizeof(mech_real));
+        if (!follow_shock(&c, TOLD[l] * p.scale)) continue;
+        memcpy(p.c.r, c.total, (size_t)n * sizeof(mech_real));
+        take_impulses(s, &p, NULL, 0);
+        struck = mech_rows_impulse_loss(s, &size) >= -MECH_C(1e-9) * size;
     }
     if (!struck) memset(s->events->impulse, 0, (size_t)s->events->n_rows * sizeof(mech_real));
+    free(memory);
     end_problem(&p);
     return struck;
 }

@@ -27,8 +27,8 @@ int mech_contact_cones_move_alike(mech_solver *s);
  * takes out energy as long as friction does. Gives 0 where the problem is not solved. */
 int mech_contact_cones_strike(mech_solver *s, const mech_real *restitution, int n, const int *among);
 
-/* An impact without an approach, of contacts that slide and that no force can hold (P. Painleve 1895, F. Genot and B. Brogliato 1999):
- * impulses that are left of those of an ever slower approach, in events->impulse. Gives 0 where there are none. */
+/* An impact without an approach, of contacts that slide and that no force can hold (P. Painleve 1895, F. Genot and B. Brogliato 1999): it
+ * goes on until slips have turned, or ended, so that forces can hold them. Impulses in events->impulse; gives 0 where there are none. */
 int mech_contact_cones_shock(mech_solver *s);
 
 #endif

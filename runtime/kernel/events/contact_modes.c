@@ -12,7 +12,7 @@
 #include "contact_lcp.h"
 #include "surface_friction.h"
 
-enum { ROUNDS_PER_ROW = 8, MOST_COMBINED = 8, MOST_COMBINATIONS = 1000, MOST_LOOKED = 40 };
+enum { ROUNDS_PER_ROW = 8, MOST_COMBINED = 8, MOST_COMBINATIONS = 1000, MOST_LOOKED = 40, NEARLY_NONE = 10 };
 
 static int is_partner(const mech_solver *s, int i) { return i > 0 && mech_row_partner(s, i - 1) == i; }
 
@@ -500,7 +500,11 @@ int mech_contact_modes_end_rattle(mech_solver *s)
     if (!(s->events->counters[MECH_RATTLES] > 0)) return 0;
     mech_rows_read(s);
     mech_rows_find_response(s);
-    return shock(s);
+    if (shock(s)) return 1;
+    s->events->counters[MECH_NEARLY] = s->events->counters[MECH_RATTLES]; /* else slips that are ever less slow end */
+    mech_surface_friction_end(s);
+    s->events->counters[MECH_NEARLY] = 0;
+    return 0;
 }
 
 /* A slip that has just begun goes on, if nothing has jolted it: its speed is still below what counts as rest, and its force is
@@ -516,6 +520,28 @@ static void keep_slips(mech_solver *s)
         const mech_real slack = MECH_C(1e-7) * e->force[i] * mech_row_response(s, i, i);
         if (e->z[row->sign] * mech_row_value(s, i, MECH_SECOND) > slack) e->slides[i] = e->z[row->sign];
     }
+}
+
+/* Where nothing fits, slips on surfaces that are nearly none are over: within the tolerance, their directions are any, and so may be
+ * those that no force holds. Gives whether there are any, and what fits then. */
+static int search_without(mech_solver *s, int ends)
+{
+    mech_event_state *e = s->events;
+    int slow = 0;
+    for (int nearly = 1; nearly >= 0; nearly--) { /* which of them are nearly none, but not none */
+        e->counters[MECH_NEARLY] = NEARLY_NONE * nearly;
+        for (int i = 0; i < e->n_rows; i++) slow += (nearly ? 1 : -1) * (mech_row_partner(s, i) >= 0 && mech_surface_friction_is_slow(s, i));
+    }
+    if (!slow) return 0;
+    for (int i = 0; i < e->n_rows; i++) {
+        if (e->open[i] > 0) e->open[i] = 0;
+        e->slides[i] = 0;
+    }
+    e->counters[MECH_NEARLY] = NEARLY_NONE;
+    propose(s);
+    mech_surface_friction_end(s);
+    e->counters[MECH_NEARLY] = 0;
+    return search(s, ends);
 }
 
 int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
@@ -536,7 +562,7 @@ int mech_contact_modes_choose(mech_solver *s, int hit, int *struck)
     keep_slips(s);
     propose(s);
     mech_surface_friction_end(s);
-    if (search(s, ends)) {
+    if (search(s, ends) || search_without(s, ends)) {
         if (!s->model->hybrid->crowd && !(s->events->counters[MECH_CARRIED] > 0) && mech_contact_rests_any_slide(s) &&
             mech_contact_cones_know_limits(s))
             choose_by_cones(s, -1); /* what cannot move only bears its limit of the load */

@@ -43,7 +43,7 @@ static size_t arrange(mech_event_state *e, const mech_model *m, mech_real *memor
     e->gap_scale = take(&memory, &total, r);
     e->speed = take(&memory, &total, r);
     e->force = take(&memory, &total, r);
-    e->sizes = take(&memory, &total, r);
+    e->sizes = take(&memory, &total, 2 * r);
     e->mobility = take(&memory, &total, r);
     e->response = take(&memory, &total, r * (m->nv + r));
     e->impulse = take(&memory, &total, r);

@@ -27,7 +27,7 @@ typedef struct mech_event_state {
     mech_real *fresh;       /* [n] 1: crossed at the present instant                         */
     mech_real *row;         /* [n_rows][MECH_ROW_VALUES]                                     */
     mech_real *gap_scale, *speed, *force; /* [n_rows] largest values so far                  */
-    mech_real *sizes;       /* [n_rows] of speeds before a step is looked at                  */
+    mech_real *sizes;       /* [2 n_rows] of speeds, then of forces, before a step            */
     mech_real *mobility;    /* [n_rows] largest response of a row to itself so far           */
     mech_real *response;    /* [n_rows][nv + n_rows] by unit impulses                        */
     mech_real *impulse, *change; /* [n_rows]                                                 */
@@ -60,6 +60,7 @@ enum {
     MECH_PACE, MECH_STEEPEST, MECH_UNLISTED,
     MECH_CARRIED, /* all that touches rests, and loads lie in their cones by other shares than those of the modes */
     MECH_FLIES,   /* nothing is laid down                                                       */
+    MECH_NEARLY,  /* slips of so many times what counts as none count as none                   */
     MECH_RATTLES, /* instants follow each other without progress                                */
     MECH_COUNTERS
 };

@@ -26,6 +26,25 @@ static void swap(mech_real **a, mech_real **b)
     *b = x;
 }
 
+/* Of a crowd, whose rows at hand change with the attempt, before each of them. */
+static void keep_sizes(mech_solver *s, int of_step)
+{
+    mech_event_state *e = s->events;
+    if (of_step != !s->model->hybrid->crowd) return;
+    memcpy(e->sizes, e->speed, (size_t)e->n_rows * sizeof(mech_real));
+    memcpy(e->sizes + e->n_rows, e->force, (size_t)e->n_rows * sizeof(mech_real));
+}
+
+/* What a step beyond its event brings is not a size: forces may grow without bounds there, and so may speeds. */
+static void forget_sizes(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    for (int i = 0; i < e->n_rows && !s->model->hybrid->crowd; i++) {
+        if (e->sizes[i] > 0) e->speed[i] = e->sizes[i];
+        if (e->sizes[e->n_rows + i] > 0) e->force[i] = e->sizes[e->n_rows + i];
+    }
+}
+
 /* Moves the attempted state onto the rows that hold. */
 static void hold_attempt(mech_solver *s, mech_real t_new)
 {
@@ -35,9 +54,9 @@ static void hold_attempt(mech_solver *s, mech_real t_new)
     s->run->report.t = t_new;
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
-    memcpy(e->sizes, e->speed, (size_t)e->n_rows * sizeof(mech_real));
+    keep_sizes(s, 0);
     mech_contact_projection_state(s);
-    for (int i = 0; i < e->n_rows; i++) /* what a step beyond its event brings is not a size: forces may grow without bounds there */
+    for (int i = 0; i < e->n_rows; i++)
         if (e->sizes[i] > 0) e->speed[i] = mech_min(e->speed[i], 100 * e->sizes[i]);
     swap(&s->y, &s->y_new);
     swap(&s->dy, &s->dy_new);
@@ -304,6 +323,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     const mech_real known = mech_schedule_next(s), next = s->history ? mech_min(known, mech_history_next(s)) : known;
     mech_real t_new, h, part;
     int hit = -1, given_up = 0, hidden = 0;
+    keep_sizes(s, 1);
     int status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part, &hidden);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
@@ -318,9 +338,13 @@ static int hybrid_step(mech_solver *s, mech_real limit)
             given_up = 1;
         }
     }
-    if (hit >= 0 && part * h <= 0) return reach(s, hit);
+    if (hit >= 0 && part * h <= 0) {
+        forget_sizes(s);
+        return reach(s, hit);
+    }
     if (hit >= 0) {
         status = step_towards(s, &hit, part, hidden, &h);
+        forget_sizes(s);
         if (status == MECH_NOT_FINITE) status = mech_fail(s, MECH_STEP_TOO_SMALL, 0);
         if (status) return status;
         t_new = run->report.t + h;

@@ -173,6 +173,7 @@ static int check_progress(mech_solver *s, int hit)
     if (t - counters[MECH_LAST_TIME] > 1000 * MECH_EPSILON * mech_abs(t)) {
         counters[MECH_STANDING] = 0;
         counters[MECH_LAST_TIME] = t;
+        if (counters[MECH_CROWD] < CROWD) counters[MECH_RATTLES] = 0;
     } else if ((counters[MECH_STANDING] += 1) > MOST_ROUNDS) {
         return fail_to_progress(s, hit, moment);
     }

@@ -29,7 +29,8 @@ mech_real mech_surface_friction_none(const mech_solver *s, int i)
 
 int mech_surface_friction_is_slow(const mech_solver *s, int i)
 {
-    const mech_real most = mech_row_partner(s, i) < 0 ? 10 * mech_row_still(s, i) : 2 * mech_surface_friction_none(s, i);
+    const mech_real share = mech_max(1, s->events->counters[MECH_NEARLY]);
+    const mech_real most = mech_row_partner(s, i) < 0 ? 10 * mech_row_still(s, i) : 2 * share * mech_surface_friction_none(s, i);
     return mech_row_size(s, i, MECH_RATE) <= most;
 }
 
@@ -38,6 +39,19 @@ static int independent(mech_solver *s, int n, const int *rows)
     mech_real nothing[MECH_MOST_ROWS], x[MECH_MOST_ROWS];
     memset(nothing, 0, (size_t)n * sizeof(mech_real));
     return mech_rows_solve(s, n, rows, nothing, x) == n;
+}
+
+/* Whether both directions of slip i are independent of these rows: not so along a wall. */
+static int is_free(mech_solver *s, int n, const int *rows, int i)
+{
+    int with[MECH_MOST_ROWS];
+    for (int k = 0; k < n; k++) {
+        if (rows[k] == i || rows[k] == i + 1) return 0;
+        with[k] = rows[k];
+    }
+    with[n] = i;
+    with[n + 1] = i + 1;
+    return independent(s, n + 2, with);
 }
 
 /* Gives slips on surfaces their size: where `begins`, those that begin, else none to the slow ones. All other rows that
@@ -51,6 +65,7 @@ static void set_slips(mech_solver *s, int begins)
         rows[n] = i;
         n += independent(s, n + 1, rows); /* else others keep it */
     }
+    const int others = n;
     for (int k = 0; k < n; k++) aim[k] = mech_row_value(s, rows[k], MECH_RATE);
     for (int i = 0; i < s->events->n_rows; i++) {
         const int j = mech_row_partner(s, i);
@@ -63,9 +78,9 @@ static void set_slips(mech_solver *s, int begins)
             while (k < before && rows[k] != i + part) k++;
             rows[k < before ? k : n] = i + part;
             aim[k < before ? k : n] = part ? b : a;
-            if (k == before) n += independent(s, n + 1, rows); /* else others hold it */
+            if (k == before) n += independent(s, n + 1, rows); /* else others hold it, or another slip of its body sets it */
         }
-        if (begins && n < before + 2) n = before;
+        if (begins && n < before + 2 && !is_free(s, others, rows, i)) n = before;
         changes |= mech_row_value(s, i, MECH_RATE) != a || mech_row_value(s, j, MECH_RATE) != b;
     }
     if (!changes) return;
