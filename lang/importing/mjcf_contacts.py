@@ -74,6 +74,8 @@ class Contacts:
                 for line in lines:
                     out(f"contacts of {what}", line)
                 continue
+            for line in lines if kinds == ("Box", "Box") else ():
+                out("edges of boxes that cross: boxes touch each other at their corners", line)
             wanted.append(pair)
         for geom in sorted({geom for pair in wanted for geom in pair.shapes}):
             self._shape(geom)
@@ -181,8 +183,12 @@ class Contacts:
                 f"(r = {quantity(size[0], 'm')}, l = {quantity(2 * size[1], 'm')})",
                 " * roty(90 deg)",
             ),
+            "Cylinder": (
+                f"(r = {quantity(size[0], 'm')}, l = {quantity(2 * size[1], 'm')})",
+                " * roty(90 deg)",
+            ),
             "Box": (f"(size = {vector([2 * x for x in size], 'm')})", ""),
-        }[kind]  # the line of a Capsule lies along x
+        }[kind]  # Capsules and Cylinders of the library lie along x
         where = self.file.frames[body]
         if kind == "Sphere" or not (any(turn[1:]) or along):
             where += f" at {vector(place, 'm')}" if any(place) else ""

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from .writing import Writer
 
-SHAPES = ("Plane", "Sphere", "Capsule", "Box")
+SHAPES = ("Plane", "Sphere", "Capsule", "Box", "Cylinder")
 PAIRS = (
     ("Plane", "Sphere"),
     ("Plane", "Capsule"),
     ("Plane", "Box"),
+    ("Plane", "Cylinder"),
     ("Sphere", "Sphere"),
     ("Sphere", "Capsule"),
     ("Sphere", "Box"),
+    ("Sphere", "Cylinder"),
     ("Capsule", "Box"),
     ("Capsule", "Capsule"),
+    ("Box", "Box"),
 )
 """What the library has contacts of."""
 SWITCH = 'structural parameter Boolean contacts = false "whether shapes touch";'

@@ -174,6 +174,11 @@ class _Robot:
             case "box":
                 kind, settings = "Box", f"(size = {vector(solid.numbers('size', 3, ZERO), 'm')})"
                 where = _placed(where, shape)
+            case "cylinder" | "capsule" as round_:
+                kind = round_.capitalize()
+                sizes = [quantity(solid.number(what), "m") for what in ("radius", "length")]
+                settings = f"(r = {sizes[0]}, l = {sizes[1]})"
+                where = f"{_placed(where, shape)} * roty(90 deg)"  # those of the library lie along x
             case other:
                 raise NotRead(f"contacts of shapes of the kind {other}", shape.line)
         name = self.touching.shape(shape.get("name"), link, kind, settings, where)

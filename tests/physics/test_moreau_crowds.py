@@ -54,6 +54,42 @@ def test_balls_in_a_pipe_carry_those_above_them() -> None:
     assert solution.report["contact"]["unsolved"] == 0
 
 
+PILE = """
+structural parameter Integer n = 66;
+coordinate Length y[n] = {0.1 m*(i - 1) for i in 1:n};
+for i in 1:n loop
+  kinetic 1/2*1 kg*1.1^i*der(y[i])^2;
+  potential 1 kg*1.1^i*9.81 m/s^2*y[i];
+end for;
+contact ground: y[1];
+for i in 2:n loop
+  contact on[i]: y[i] - y[i-1] - 0.1 m;
+end for;
+output low = multiplier(ground);
+output high = multiplier(on[n]);
+experiment(stop = 0.02 s, method = "moreau", step = 1 ms, tolerance = 1e-9);
+"""
+
+
+def test_a_pile_of_heavy_on_light_is_solved_as_one() -> None:
+    """Masses grow by a tenth from one to the next, 480 times in all: a thousand sweeps a step left 5 % of the forces out."""
+    solution = mechc.loads(PILE).simulate(**ALONE)
+    assert solution.report["contact"]["unsolved"] == 0
+    weights = 9.81 * 1.1 ** np.arange(1, 67)
+    assert solution["low"][-1] == pytest.approx(weights.sum(), rel=1e-6)
+    assert solution["high"][-1] == pytest.approx(weights[-1], rel=1e-6)
+
+
+def test_a_gap_that_nothing_holds_open_among_many() -> None:
+    """It closes with time, and what moves it hardly does: steps go on with its rate as what is left, and say so."""
+    wall = "contact wall: 0.01 m - 0.1 m/s*time + 1e-200*y[1];\nexperiment"
+    solution = mechc.loads(PILE.replace("experiment", wall)).simulate(stop="0.11 s", **ALONE)
+    assert solution.outcome is Outcome.COMPLETED
+    found = solution.report["contact"]
+    assert found["residual"] == pytest.approx(0.1) and found["unsolved"] == 10
+    assert solution["low"][-1] == pytest.approx((9.81 * 1.1 ** np.arange(1, 67)).sum(), rel=1e-6)
+
+
 CRADLE = """
 structural parameter Integer n = 70;
 coordinate Length x[n] = {if i == 1 then -0.1 m else 1 mm*(i - 2) for i in 1:n};

@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "linear.h"
+
 enum { CHECKED = 8 };           /* sweeps between two looks at the residuals                                */
 enum { GROWN = 2, GROWTHS = 3 }; /* changes grow where they are more than so many times as large; how often they may */
 
@@ -123,7 +125,7 @@ static int go_on(mech_blocks *c, mech_real *before, int fresh, int one_way)
             along += c->blocks[a].w[4 * i] * change * step[3 * a + i];
         }
     const int grown = !fresh && size > GROWN * *before;
-    const mech_real share = fresh || along < 0 || grown ? 0 : one_way && size > *before ? 1 : size / *before;
+    const mech_real share = fresh || along < 0 || grown || !(*before > 0) ? 0 : one_way && size > *before ? 1 : size / *before;
     *before = size;
     for (int a = 0; a < c->n; a++)
         for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
@@ -161,5 +163,50 @@ int mech_blocks_sweep(mech_blocks *c, int most)
         if ((rests || sweep % CHECKED == CHECKED - 1 || sweep + 1 == most) && mech_blocks_check(c)) return 1;
         growths += go_on(c, &before, sweep == 0, one_way);
     }
+    return mech_blocks_check(c);
+}
+
+/* ---- as one problem ------------------------------------------------------------------------------------------------ */
+
+int mech_blocks_rows(const mech_blocks *c)
+{
+    int n = 0;
+    for (int a = 0; a < c->n; a++) n += mech_cone_rows(&c->blocks[a].cone);
+    return n;
+}
+
+size_t mech_blocks_joined_room(const mech_blocks *c)
+{
+    const size_t n = (size_t)mech_blocks_rows(c);
+    return n * n + 4 * n + (size_t)c->nv + mech_room_for((size_t)c->n * sizeof(mech_cone)) + mech_cones_room((int)n);
+}
+
+int mech_blocks_solve_joined(mech_blocks *c, mech_real *room)
+{
+    const int n = mech_blocks_rows(c);
+    mech_real *w = room, *q = w + (size_t)n * (size_t)n, *r = q + n, *u = r + n, *before = u + n, *moved = before + n;
+    mech_cone *cones = (mech_cone *)(moved + c->nv);
+    mech_real *work = moved + c->nv + mech_room_for((size_t)c->n * sizeof(mech_cone));
+    for (int a = 0, at = 0; a < c->n; at += mech_cone_rows(&c->blocks[a].cone), a++) {
+        mech_block *block = &c->blocks[a];
+        cones[a] = block->cone;
+        cones[a].at = at;
+        for (int i = 0; i < mech_cone_rows(&block->cone); i++) {
+            q[at + i] = block->b[i] + rate(block, block->k + i * block->width, c->free_);
+            before[at + i] = r[at + i] = block->r[i];
+            memset(moved, 0, (size_t)c->nv * sizeof(mech_real));
+            push(block, i, 1, moved);
+            for (int b = 0, row = 0; b < c->n; row += mech_cone_rows(&c->blocks[b].cone), b++)
+                for (int j = 0; j < mech_cone_rows(&c->blocks[b].cone); j++)
+                    w[(size_t)(row + j) * (size_t)n + (size_t)(at + i)] = rate(&c->blocks[b], c->blocks[b].k + j * c->blocks[b].width, moved);
+        }
+    }
+    mech_cones one = {.n = n, .n_cones = c->n, .cones = cones, .w = w, .q = q, .r = r, .u = u};
+    mech_cones_check(&one);
+    const mech_real residual = one.residual;
+    const int solved = mech_cones_refine(&one, work);
+    if (!solved && !(one.residual < residual)) memcpy(r, before, (size_t)n * sizeof(mech_real));
+    for (int a = 0; a < c->n; a++)
+        for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) c->blocks[a].r[i] = r[cones[a].at + i];
     return mech_blocks_check(c);
 }

@@ -38,4 +38,12 @@ int mech_blocks_check(mech_blocks *c);
  * (M. Silcowitz-Hansen, S. Niebe, K. Erleben 2010); at most so many sweeps. Gives whether it is solved. */
 int mech_blocks_sweep(mech_blocks *c, int most);
 
+/* Rows of all blocks; numbers of room to solve them as one problem. */
+int mech_blocks_rows(const mech_blocks *c);
+size_t mech_blocks_joined_room(const mech_blocks *c);
+
+/* With their matrix, by Newton's method from the guesses (cones.h): where contacts of one mechanism act on each other so much that
+ * sweeps hardly get on. Gives whether it is solved; all r are at least as good as before. */
+int mech_blocks_solve_joined(mech_blocks *c, mech_real *room);
+
 #endif

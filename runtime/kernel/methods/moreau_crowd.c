@@ -6,7 +6,8 @@
 #include "blocks.h"
 #include "crowd_response.h"
 
-enum { MOST_SWEEPS = 1000, LONGER = 2, FIRST = 64 };
+/* Sweeps; those before few rows are solved with their matrix, and how many these may be. */
+enum { MOST_SWEEPS = 1000, SOME_SWEEPS = 200, MOST_JOINED = 96, LONGER = 2, FIRST = 64 };
 
 /* What an approach has to exceed to rebound: what the step adds to any of them, and what may be left unsolved, times this. Among many
  * bodies one that nothing drives is moved by what is left of others. */
@@ -285,7 +286,14 @@ static int solve(mech_solver *s, const mech_crowd_at *at, const mech_moreau_crow
     }
     problem->room = (mech_real *)malloc((6 * (size_t)problem->n + 2 * (size_t)problem->nv + 1) * sizeof(mech_real));
     done = done && problem->room;
-    const int solved = done && mech_blocks_sweep(problem, MOST_SWEEPS);
+    const int few = done && mech_blocks_rows(problem) <= MOST_JOINED;
+    int solved = done && mech_blocks_sweep(problem, few ? SOME_SWEEPS : MOST_SWEEPS);
+    if (few && !solved) {
+        free(problem->room);
+        problem->room = (mech_real *)malloc(mech_blocks_joined_room(problem) * sizeof(mech_real));
+        done = problem->room != NULL;
+        solved = done && mech_blocks_solve_joined(problem, problem->room);
+    }
     free(problem->room);
     free(v);
     free(entries);

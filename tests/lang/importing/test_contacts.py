@@ -49,6 +49,7 @@ RULES = """\
     <geom name="ground" type="plane" size="1 1 1" pos="0 0 0.05" friction="0.6 0.01 0.001"/>
     <geom name="slope" type="plane" size="1 1 1" euler="0 30 0" contype="2" conaffinity="0"/>
     <geom name="step" type="box" size="0.1 0.1 0.1" contype="4" conaffinity="4"/>
+    <geom name="bin" type="box" size="0.1 0.1 0.1" contype="0" conaffinity="1" friction="0.4 0 0"/>
     <body name="pole"><geom name="knob" contype="8" conaffinity="8"/></body>
     <body name="a"><freejoint/>
       <geom name="low" condim="1"/>
@@ -91,11 +92,10 @@ def test_which_shapes_touch(tmp_path: Path) -> None:
         contact = d.contact[k]
         one, other = (mujoco.mj_id2name(m, mujoco.mjtObj.mjOBJ_GEOM, g) for g in contact.geom)
         theirs[frozenset({one, other})] = float(contact.friction[0]) if contact.dim > 1 else 0.0
-    tree, boxy = {"low", "high", "crate", "post", "toe"}, {"crate", "step", "post"}
+    tree = {"low", "high", "crate", "post", "drum", "toe"}
 
     def carried(pair: frozenset[str]) -> bool:
-        named = pair == {"toe", "crate"}
-        return "drum" not in pair and not pair <= boxy and (named or not pair <= tree)
+        return pair == {"toe", "crate"} or not (pair <= tree or pair == {"drum", "bin"})
 
     expected = {pair: mu for pair, mu in theirs.items() if carried(pair)}
     assert touching(model.text) == pytest.approx(expected)
@@ -107,6 +107,7 @@ def test_which_shapes_touch(tmp_path: Path) -> None:
         "shape low: Sphere(r = 0.1 m) on a.a;",
         "shape crate: Box(size = {0.2, 0.2, 0.2} m) on a.a at {0, 0.01, 0} m;",
         "shape post: Capsule(r = 0.1 m, l = 0.2 m) on b.a * trans({0, 0, 0.01} m) * roty(90 deg);",
+        "shape drum: Cylinder(r = 0.1 m, l = 0.2 m) on b.a * roty(90 deg);",
     ):
         assert words in flat, words
 
@@ -115,8 +116,8 @@ def test_which_shapes_touch(tmp_path: Path) -> None:
 
     said = model.left_out
     for words in (
-        f"contacts of shapes of the kind cylinder (line {line('drum')})",
-        f"contacts of a box with a box (lines {line('step')}, {line('crate')})",
+        f"contacts of a box with a cylinder (lines {line('bin')}, {line('drum')})",
+        f"edges of boxes that cross: boxes touch each other at their corners (lines {line('step')}, {line('bin')}, {line('crate')})",
         f"a second friction of pairs: 0.2 holds in all directions (line {line('uneven')})",
         "that bodies of one tree touch each other, but in pairs that the file names",
         f"torsional and rolling friction of contacts (line {line('post')})",
@@ -161,7 +162,9 @@ def test_friction_of_all_contacts(tmp_path: Path) -> None:
 class Beside:
     """A motion of both programs."""
 
-    def __init__(self, folder: Path, text: str, stop: float, start: dict[str, Any], said: str = "") -> None:
+    def __init__(
+        self, folder: Path, text: str, stop: float, start: dict[str, Any], said: str = "", **how: Any
+    ) -> None:
         self.imported = made(folder, text)
         model = mechc.loads(
             self.imported.text.replace("contact ground", "contact on_ground: ground").replace(
@@ -169,7 +172,7 @@ class Beside:
             )
         )
         self.still = model.simulate(stop=stop, set=start)  # contacts off
-        self.run = model.simulate(stop=stop, set={"contacts": True, **start})
+        self.run = model.simulate(stop=stop, set={"contacts": True, **start}, **how)
         assert self.run.outcome.name == "COMPLETED"
         self.m = mujoco.MjModel.from_xml_string(text)
         self.d = mujoco.MjData(self.m)
@@ -245,6 +248,39 @@ def test_a_rod_lands_flat(tmp_path: Path) -> None:
     assert both.d.qpos[2] == pytest.approx(0.5 - G * 0.3**2 / 2, abs=1e-3)  # its method is of first order
     both.theirs(0.6)
     assert both.d.qpos[2] == pytest.approx(0.03, abs=2e-5)
+
+
+def test_a_drum_rolls_down(tmp_path: Path) -> None:
+    """On a slope of 5 degrees, without slip: two thirds of the acceleration down it. Upright it stands."""
+    slope = '<geom name="ground" type="plane" size="9 9 1" friction="0.3" euler="0 5 0"/>'
+    drum = '<body name="drum" pos="0 0 {}"><freejoint name="root"/><geom type="cylinder" size="0.1 0.2" euler="{} 0 0" mass="1"/></body>'
+    high = 0.1 / math.cos(math.radians(5))
+    lying = robot("").replace('<geom name="ground" type="plane" size="5 5 1" friction="0.3"/>', slope)
+    both = Beside(tmp_path, lying.replace("</worldbody>", drum.format(high, 90) + "</worldbody>"), 0.5, {})
+    along = G * math.sin(math.radians(5)) * 0.5**2 / 3
+    assert both.run["root.position[1]"][-1] == pytest.approx(along * math.cos(math.radians(5)), abs=1e-7)
+    both.theirs(0.5)
+    assert both.d.qpos[0] == pytest.approx(along * math.cos(math.radians(5)), abs=1e-3)
+    standing = Beside(tmp_path, robot(drum.format(0.25, 0)), 0.4, {})
+    assert standing.run.events[0].time == pytest.approx(math.sqrt(2 * 0.05 / G), abs=1e-9)
+    assert standing.run["root.position[3]"][-1] == pytest.approx(0.2, abs=1e-9)
+    standing.theirs(0.4)
+    assert standing.d.qpos[2] == pytest.approx(0.2, abs=2e-5)
+
+
+def test_a_crate_slides_on_a_table(tmp_path: Path) -> None:
+    """A box on a larger one of the world, on its four corners: v^2/(2 mu g)."""
+    table = '<geom name="table" type="box" size="1 0.5 0.1" pos="0 0 0.1" friction="0.4"/>'
+    crate = '<body name="crate" pos="-0.5 0 0.25"><freejoint name="root"/><geom type="box" size="0.1 0.08 0.05" mass="2" friction="0.2"/></body>'
+    both = Beside(
+        tmp_path, robot(table + crate), 0.6, {"der(root.position)": [1.5, 0, 0]}, method="moreau", step="1 ms"
+    )
+    end = -0.5 + 1.5**2 / (2 * 0.4 * G)
+    assert both.run["root.position[1]"][-1] == pytest.approx(end, abs=1e-5)
+    assert both.run["root.position[3]"][-1] == pytest.approx(0.25, abs=1e-5)
+    both.d.qvel[0] = 1.5
+    both.theirs(0.6)
+    assert both.d.qpos[0] == pytest.approx(end, abs=1e-3)
 
 
 def test_a_ball_rests_on_a_step(tmp_path: Path) -> None:

@@ -406,7 +406,7 @@ SKATE = """\
 
 
 def test_what_touches_the_floor(tmp_path: Path) -> None:
-    """Spheres and boxes of what moves; the rest is listed with its lines."""
+    """Spheres, boxes and cylinders of what moves; the rest is listed with its lines."""
     model = made(tmp_path, SKATE, floating=True)
     assert format_file(parse(SourceFile("a", model.text), Reporter())) == model.text
     flat = " ".join(model.text.split())
@@ -416,15 +416,15 @@ def test_what_touches_the_floor(tmp_path: Path) -> None:
         "shape board_sphere: Sphere(r = 0.02 m) on board.a at {-0.3, 0.2, -0.1} m;",
         "shape board_sphere_2: Sphere(r = 0.02 m) on board.a at {-0.3, -0.2, -0.1} m;",
         "shape board_box: Box(size = {0.1, 0.2, 0.02} m) on board.a * rotz(1.5 rad);",
-        "contact floor_plane with pad, board_sphere, board_sphere_2, board_box, top_sphere, arm_sphere friction floor_friction;",
+        "shape board_cylinder: Cylinder(r = 0.1 m, l = 0.1 m) on board.a * roty(90 deg);",
+        "contact floor_plane with pad, board_sphere, board_sphere_2, board_box, board_cylinder, top_sphere, arm_sphere friction floor_friction;",
     ):
         assert words in flat, words
     assert set(model.left_out) == {
-        "contacts of shapes of the kind cylinder (line 8)",
         "contacts of shapes of the kind mesh (line 9)",
         "a collision shape of 'board': it has no geometry (line 10)",
         "'radius' of 'sphere' is 'big', which is not a number (line 11)",
-        "contacts, unless contacts = true; it brings those with the floor z = 0, with a friction of 1 (lines 4, 5, 6, 7, 13, 14)",
+        "contacts, unless contacts = true; it brings those with the floor z = 0, with a friction of 1 (lines 4, 5, 6, 7, 8, 13, 14)",
     }
     held = made(tmp_path, SKATE)
     assert "contact floor_plane with arm_sphere friction floor_friction;" in held.text
