@@ -158,6 +158,12 @@ int mech_impacts_resolve(mech_solver *s, int *count)
                  : crowd && !friction ? mech_impulse_of_crowd(s)
                  : fades              ? mech_impulse_with_friction(s, contact)
                                       : strike(s, contact);
+        if (status == MECH_NO_IMPACT && last && together) { /* what is slower than rest may end by blows, too */
+            s->run->report.status = MECH_RUNNING;
+            s->run->report.failed_index = -1;
+            struck = MOST_STRIKES;
+            status = mech_impulse_fastest(s, contact);
+        }
         if (!status) status = apply_checked(s, contact);
         if (friction && (status == MECH_NO_IMPACT || status == MECH_ENERGY_RAISED)) status = strike_after_all(s, contact);
         (*count)++;
