@@ -54,7 +54,11 @@ def hard(
 ) -> Theirs:
     """What MuJoCo's steps come to at each multiple of ``every`` up to ``stop``: ``said`` sets qpos, qvel and ctrl by names, of free joints
     the place."""
-    m = mujoco.MjModel.from_xml_path(str(path_of(robot, package)))
+    mujoco.set_mju_user_warning(lambda _: None)  # else they go to a file of MuJoCo
+    try:
+        m = mujoco.MjModel.from_xml_path(str(path_of(robot, package)))
+    finally:
+        mujoco.set_mju_user_warning(None)
     m.opt.timestep, m.opt.tolerance, m.opt.iterations = step, 1e-12, 200
     m.opt.cone, m.opt.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 100
     for law in ("geom", "jnt", "eq", "dof", "pair"):
