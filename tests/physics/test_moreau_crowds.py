@@ -90,6 +90,29 @@ def test_a_gap_that_nothing_holds_open_among_many() -> None:
     assert solution["low"][-1] == pytest.approx((9.81 * 1.1 ** np.arange(1, 67)).sum(), rel=1e-6)
 
 
+SMALL_HEAP = """
+import mech.planar.*;
+import mech.shapes.*;
+model SmallHeap
+  structural parameter Integer n = 15;
+  gravity {0, -9.81} m/s^2;
+  Disk ball[n](r = 2 cm, m = 0.1 kg);
+  Free free[i in 1:n](world -> ball[i].a, x = 4.5 cm*(i - 1 - 5*floor((i - 1)/5)) + 0.3 cm*floor((i - 1)/5),
+                      y = 3 cm + 4.5 cm*floor((i - 1)/5));
+  shape Sphere(r = 2 cm) on ball;
+  shape floor: Plane on world;
+  shape left: Plane on world * trans({-3 cm, 0 cm}) * rot(-90 deg);
+  shape right: Plane on world * trans({23 cm, 0 cm}) * rot(90 deg);
+  contact ball[*] with ball[*], floor, left, right friction 0.3 restitution 0.5;
+  experiment(stop = 1 s, method = "moreau", step = 1 ms, tolerance = 1e-7);
+end SmallHeap;
+"""
+
+
+def test_a_small_heap_gets_all_sweeps_where_newton_fails() -> None:
+    assert mechc.loads(SMALL_HEAP).simulate(**ALONE).report["contact"]["unsolved"] == 0
+
+
 CRADLE = """
 structural parameter Integer n = 70;
 coordinate Length x[n] = {if i == 1 then -0.1 m else 1 mm*(i - 2) for i in 1:n};

@@ -284,16 +284,13 @@ static int solve(mech_solver *s, const mech_crowd_at *at, const mech_moreau_crow
         indices += (size_t)block->width;
         numbers += 2 * (size_t)block->width * (size_t)mech_cone_rows(&block->cone);
     }
-    problem->room = (mech_real *)malloc((6 * (size_t)problem->n + 2 * (size_t)problem->nv + 1) * sizeof(mech_real));
-    done = done && problem->room;
     const int few = done && mech_blocks_rows(problem) <= MOST_JOINED;
+    const size_t swept = 6 * (size_t)problem->n + 2 * (size_t)problem->nv + 1, joined = few ? mech_blocks_joined_room(problem) : 0;
+    problem->room = (mech_real *)malloc((swept > joined ? swept : joined) * sizeof(mech_real));
+    done = done && problem->room;
     int solved = done && mech_blocks_sweep(problem, few ? SOME_SWEEPS : MOST_SWEEPS);
-    if (few && !solved) {
-        free(problem->room);
-        problem->room = (mech_real *)malloc(mech_blocks_joined_room(problem) * sizeof(mech_real));
-        done = problem->room != NULL;
-        solved = done && mech_blocks_solve_joined(problem, problem->room);
-    }
+    if (done && few && !solved)
+        solved = mech_blocks_solve_joined(problem, problem->room) || mech_blocks_sweep(problem, MOST_SWEEPS - SOME_SWEEPS);
     free(problem->room);
     free(v);
     free(entries);

@@ -54,7 +54,11 @@ def hard(
 ) -> Theirs:
     """What MuJoCo's steps come to at each multiple of ``every`` up to ``stop``: ``said`` sets qpos, qvel and ctrl by names, of free joints
     the place."""
-    m = mujoco.MjModel.from_xml_path(str(path_of(robot, package)))
+    mujoco.set_mju_user_warning(lambda _: None)  # else they go to a file of MuJoCo
+    try:
+        m = mujoco.MjModel.from_xml_path(str(path_of(robot, package)))
+    finally:
+        mujoco.set_mju_user_warning(None)
     m.opt.timestep, m.opt.tolerance, m.opt.iterations = step, 1e-12, 200
     m.opt.cone, m.opt.impratio = mujoco.mjtCone.mjCONE_ELLIPTIC, 100
     for law in ("geom", "jnt", "eq", "dof", "pair"):
@@ -85,11 +89,11 @@ def hard(
             if m.jnt_limited[joint] and m.jnt_type[joint] >= 2:
                 at = m.jnt_qposadr[joint]
                 data.qpos[at] = np.clip(m.qpos0[at], *m.jnt_range[joint])
-        for joint, value in said.get("qpos", {}).items():
-            at = int(m.joint(joint).qposadr[0])
+        for name, value in said.get("qpos", {}).items():
+            at = int(m.joint(name).qposadr[0])
             data.qpos[at : at + np.size(value)] = value if np.ndim(value) else m.qpos0[at] + value
-        for joint, value in said.get("qvel", {}).items():
-            data.joint(joint).qvel[0] = value
+        for name, value in said.get("qvel", {}).items():
+            data.joint(name).qvel[0] = value
         for drive, value in said.get("ctrl", {}).items():
             data.actuator(drive).ctrl[0] = value
         for _ in range(round(stop / every)):
@@ -125,7 +129,7 @@ def ours(robot: str, values: Mapping[str, float], **settings: Any) -> mechc.Solu
 
 
 def offsets(theirs: Theirs) -> np.ndarray:
-    return theirs.q - theirs.m.qpos0
+    return np.asarray(theirs.q - theirs.m.qpos0)
 
 
 def stepped(
@@ -327,6 +331,8 @@ FALLS = (
     Fall("dm_control", "hopper", *LEAN, steps("0.25 ms"), 8e-3, 6e-3),
     # It folds up, falls on its knees and over, and lies.
     Fall("dm_control", "humanoid", {}, {}, steps("1 ms"), 0.03, 0.01, "floor_plane"),
+    # 62 freedoms, with stops at all joints.
+    Fall("dm_control", "humanoid_CMU", {}, {}, steps("0.5 ms"), 0.04, 0.035),
     # Joints run into their stops in a thick fluid; an impact takes MuJoCo some milliseconds.
     Fall(
         "gymnasium",
