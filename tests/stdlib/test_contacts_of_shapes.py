@@ -366,7 +366,7 @@ end M;
 
 def test_every_pair_of_the_library_is_in_the_table() -> None:
     text = (library_folder() / "shapes.mech").read_text(encoding="utf-8")
-    assert sorted(re.findall(r'" *what a contact .* is: (\w+)"', text)) == sorted(PAIRS)
+    assert sorted(re.findall(r'" *contact model for .*: (\w+)"', text)) == sorted(PAIRS)
 
 
 @pytest.mark.parametrize("part", slow_but([*PAIRS][:5], [*PAIRS]))
