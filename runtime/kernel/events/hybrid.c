@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "begin.h"
+#include "branches.h"
 #include "clock.h"
 #include "contact_cones.h"
 #include "contact_projection.h"
@@ -322,7 +323,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     mech_event_state *e = s->events;
     const mech_real known = mech_schedule_next(s), next = s->history ? mech_min(known, mech_history_next(s)) : known;
     mech_real t_new, h, part;
-    int hit = -1, given_up = 0, hidden = 0;
+    int hit = -1, given_up = 0, hidden = 0, rises = 0;
     keep_sizes(s, 1);
     int status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part, &hidden);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
@@ -367,7 +368,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
     const int broken = s->history ? mech_history_at_break(s) : 0;
     if (broken < 0) return broken;
-    return hit >= 0 || given_up || broken || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);
+    return hit >= 0 || given_up || broken || rises || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);
 }
 
 static int advance(mech_solver *s, mech_real t_end, long max_steps)
@@ -375,6 +376,7 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
     mech_run *run = s->run;
     mech_report *r = &run->report;
     /* Terminated stays terminated; what is full has been emptied. */
+    if (!status && s->method->impulses) rises = mech_branches_rise(s); /* what is closed changes without an event */
     if (r->status < 0 || r->status == MECH_TERMINATED) return r->status;
     if (!run->started) {
         const int status = mech_begin_run(s);
