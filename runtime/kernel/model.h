@@ -91,8 +91,10 @@ enum mech_row_value {
     MECH_SECOND,    /* dr/dt with the present modes                                              */
     MECH_FORCE,     /* f with the present modes; step: energy behind the switch minus before it  */
     MECH_LIMIT,     /* friction: largest |f| that sticks                                         */
-    MECH_COEFFICIENT, /* contact: restitution; friction in a contact: largest |f| over its f     */
-    MECH_EXTRA,     /* contact: approach below which it rests, < 0: relative; friction: sliding coefficient */
+    MECH_COEFFICIENT, /* contact: restitution; friction in a contact: largest |f| over its f; else, for steps
+                       that solve for contacts: largest force against a motion forwards, by its flag */
+    MECH_EXTRA,     /* contact: approach below which it rests, < 0: relative; friction: sliding coefficient; else
+                       the same backwards                                                     */
     MECH_ROW_VALUES
 };
 

@@ -9,6 +9,7 @@ from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import Quantity
+from mechc.runtime.methods import CONTACT_STEPS
 
 from ...graph import Graph, Node
 from ...graph.differentiate import jvp, vjp
@@ -66,7 +67,8 @@ def add_events(
     rhs = next(f for f in functions if f.name == "rhs")
     conditions = solved.resolve([branch.condition for branch in system.branches])
     normals = {row.constraint.name: row.multiplier for row in solved.switched}
-    values = {row.multiplier: row_values(system, solved, row, normals) for row in rows}
+    stepped = CONTACT_STEPS in parts
+    values = {row.multiplier: row_values(system, solved, row, normals, stepped=stepped) for row in rows}
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
     modes = [*_mode_symbols(system, rows), *(share.rests for share in solved.shared.values())]
     energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
