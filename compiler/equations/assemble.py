@@ -7,6 +7,7 @@ from typing import Any
 
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import AssertionEntry, ConstraintEntry, Origin
+from mechc.runtime.methods import CONTACT_STEPS
 
 from ..graph import DivisionByZero, Node
 from ..graph.elimination.path_elimination import ZeroPivot
@@ -17,6 +18,7 @@ from ..mechanics.system import AssertionRow, InitialValue, MechanicalSystem
 from .features import FEATURES, Draft
 from .hybrid.crowd import crowd_of
 from .hybrid.delays import with_past
+from .hybrid.told_laws import ToldLaws, with_told_laws
 from .model import Equations, Function, origin
 from .needs import choices, needs
 from .reported.entries import Layout, layout_of, parameter_rules
@@ -59,6 +61,9 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     system, members = set_apart(system, reporter)
     if members:
         check_crowd(system, members, parts, reporter)
+    laws: ToldLaws | None = None
+    if CONTACT_STEPS in parts and not members:
+        system, laws = with_told_laws(system)
     try:
         solved = solve_system(system, reporter, parts, forces_by_name(members))
     except Undetermined as undecided:
@@ -70,7 +75,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     solved = with_past(system, solved, reporter)
     reporter.stop_on_errors()
     try:
-        draft = _begun(system, solved, members, reporter, parts)
+        draft = _begun(system, solved, members, laws, reporter, parts)
         for feature in FEATURES:
             if feature.always or feature.name in parts:
                 feature.build(draft)
@@ -83,6 +88,7 @@ def _begun(
     system: MechanicalSystem,
     solved: Solved,
     members: tuple[CrowdMember, ...],
+    laws: ToldLaws | None,
     reporter: Reporter,
     parts: frozenset[str],
 ) -> Draft:
@@ -96,7 +102,7 @@ def _begun(
     if crowd is not None:
         functions = [Function(f.name, f.doc, crowd.outputs) if f.name == "outputs" else f for f in functions]
     check_rates(system, [n for f in functions for n in f.outputs], reporter)
-    return Draft(system, solved, layout, listed, found, members, crowd, reporter, parts, functions)
+    return Draft(system, solved, layout, listed, found, members, crowd, laws, reporter, parts, functions)
 
 
 def _equations(draft: Draft) -> Equations:

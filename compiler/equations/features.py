@@ -19,6 +19,7 @@ from ..mechanics.system import MechanicalSystem
 from .hybrid.crowd import Crowd
 from .hybrid.plans import names_of
 from .hybrid.switching import add_events
+from .hybrid.told_laws import ToldLaws
 from .model import Function, Slot
 from .reported.assembly import assembly
 from .reported.balance import balance_of
@@ -44,6 +45,7 @@ class Draft(Struct, eq=False):
     found: InitialUnknowns
     members: tuple[CrowdMember, ...]
     crowd: Crowd | None
+    laws: ToldLaws | None
     reporter: Reporter
     parts: frozenset[str]
     functions: list[Function]
@@ -98,6 +100,7 @@ def _events(draft: Draft) -> None:
         draft.reporter,
         draft.parts,
         draft.crowd,
+        draft.laws,
     )
     if found is None:
         return

@@ -29,6 +29,7 @@ from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans, share_plans
 from .sliding import places_of_modes, sliding, with_sliding
 from .switches import Switches, SwitchPlan, find_switches, jumps_of_forces, relations_of_time
+from .told_laws import ToldLaws, told_function
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
@@ -58,6 +59,7 @@ def add_events(
     reporter: Reporter,
     parts: Collection[str] = (),
     crowd: Crowd | None = None,
+    laws: ToldLaws | None = None,
 ) -> EventEquations | None:
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
@@ -97,6 +99,8 @@ def add_events(
     steps = energy_steps(system, solved, switches, reporter)
     z = _z_symbols(system, switches, modes, steps)
     z += [share.beside for share in solved.shared.values()]
+    if laws is not None:
+        z += laws.symbols
     if crowd is not None:
         z = _beside(system, steps, z, crowd, reporter)
     layout = _with_z(system, layout, z)
@@ -124,6 +128,9 @@ def add_events(
         *_functions(system, solved, _Switching(switches, rows, values, steps, conditions)),
         *_branch_functions(system, solved, layout, z),
     ]
+    if laws is not None:
+        told = told_function(system, solved, laws)
+        made.append(replace(told, outputs=switches.apply(system, told.outputs)))
     names = [entry.name for entry in layout.states]
     plan = HybridPlan(
         switches=tuple(SwitchText(place[s.symbol], s.text) for s in switches.located),
@@ -143,6 +150,7 @@ def add_events(
         delays=delays,
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
         shares=share_plans(rows, steps, solved.shared, place),
+        told=(-1, 0) if laws is None else (place[laws.told], len(laws.places)),
         leading=(sum(s.leads for s in switches.located), sum(b.leads for b in system.branches)),
     )
     if (

@@ -316,6 +316,18 @@ static int try_and_locate(mech_solver *s, mech_real limit, mech_real *t_new, mec
     }
 }
 
+/* What holds when a run begins, for laws that ask: what a step from there would find. */
+static void look_ahead(mech_solver *s, mech_real limit)
+{
+    const mech_report *r = &s->run->report;
+    if (!s->method->impulses || !s->model->hybrid->n_told || r->steps) return;
+    if (s->method->attempt(s, mech_min(r->dt, limit - r->t)) <= 1) {
+        const mech_real *rates, *impulses = s->method->impulses(s, &rates);
+        mech_contact_modes_tell(s, impulses, rates);
+    }
+    s->method->begin(s, 1);
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
@@ -325,6 +337,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     mech_real t_new, h, part;
     int hit = -1, given_up = 0, hidden = 0, rises = 0;
     keep_sizes(s, 1);
+    look_ahead(s, mech_min(limit, next));
     int status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part, &hidden);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
@@ -363,6 +376,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
         const mech_real *rates, *impulses = s->method->impulses(s, &rates);
         mech_contact_modes_tell(s, impulses, rates);
     }
+    if (!status && s->method->impulses) rises = mech_branches_rise(s); /* what is closed changes without an event */
     if (!status && s->history && run->next_stop > stop) status = mech_history_stop(s);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
@@ -376,7 +390,6 @@ static int advance(mech_solver *s, mech_real t_end, long max_steps)
     mech_run *run = s->run;
     mech_report *r = &run->report;
     /* Terminated stays terminated; what is full has been emptied. */
-    if (!status && s->method->impulses) rises = mech_branches_rise(s); /* what is closed changes without an event */
     if (r->status < 0 || r->status == MECH_TERMINATED) return r->status;
     if (!run->started) {
         const int status = mech_begin_run(s);

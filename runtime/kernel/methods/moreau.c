@@ -390,6 +390,11 @@ static mech_real attempt(mech_solver *s, mech_real h)
         if (hybrid->rows[i].flag >= 0) o.z[hybrid->rows[i].flag] = 0;
         if (hybrid->rows[i].sign >= 0) o.z[hybrid->rows[i].sign] = 0;
     }
+    if (hybrid->n_told) { /* before the place that tells so is set */
+        mech_surroundings(s, t);
+        hybrid->told(t, s->y, s->u, z, s->o.p, o.z + hybrid->first_told + 1);
+        o.z[hybrid->first_told] = 1;
+    }
     /* the middle, and the velocities there without contacts */
     for (int i = 0; i < ny; i++) o.y[i] = s->y[i] + (i < nq || i >= nq + nv ? h / 2 * s->dy[i] : 0);
     mech_normalise(m, o.y);
