@@ -52,7 +52,8 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
     const size_t ny = (size_t)(m->nq + m->nv + m->nx), nz = (size_t)m->nz, few = nv <= MOST_STIFF;
     const size_t sizes[] = {n, n, 1, nz, ny, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * (nv + n),
                             n * n, n, n, n, mech_cones_room((int)n), mech_room_for(n * sizeof(mech_cone)), 2 * mech_integers((int)n),
-                            nv, few * nv * nv, few * 2 * mech_integers((int)nv), m->hybrid && m->hybrid->carried ? (size_t)m->n_outputs : 0, nz, n};
+                            nv, few * nv * nv, few * 2 * mech_integers((int)nv), m->hybrid && m->hybrid->carried ? (size_t)m->n_outputs : 0,
+                            nz, n};
     const int crowd = m->hybrid && m->hybrid->crowd;
     mech_real *places[sizeof sizes / sizeof sizes[0]];
     size_t total = 0;
@@ -65,7 +66,8 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
                     .before = places[6], .after = places[7], .response = places[8], .w = places[9], .q = places[10], .r = places[11],
                     .u = places[12], .solver = places[13], .cones = (mech_cone *)places[14], .row = (int *)places[15],
                     .contact = (int *)(places[15] + mech_integers((int)n)), .steepest = places[16],
-                    .stiff = {0, (int)nv, places[17], (int *)places[18], (int *)(places[18] + mech_integers((int)nv))}, .outputs = places[19], .modes = places[20], .middle = places[21]};
+                    .stiff = {0, (int)nv, places[17], (int *)places[18], (int *)(places[18] + mech_integers((int)nv))},
+                    .outputs = places[19], .modes = places[20], .middle = places[21]};
     if (o && crowd) mech_moreau_crowd_attach(&o->crowd, m, memory + total);
     return total + (crowd ? mech_moreau_crowd_numbers(m) : 0);
 }
