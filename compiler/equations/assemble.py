@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import AssertionEntry, ConstraintEntry, Origin
@@ -18,7 +18,6 @@ from ..mechanics.system import AssertionRow, InitialValue, MechanicalSystem
 from .features import FEATURES, Draft
 from .hybrid.crowd import crowd_of
 from .hybrid.delays import with_past
-from .hybrid.told_laws import ToldLaws, with_told_laws
 from .model import Equations, Function, origin
 from .needs import choices, needs
 from .reported.entries import Layout, layout_of, parameter_rules
@@ -31,6 +30,9 @@ from .rows.without_mass import with_balances, with_combined_balances
 from .solve.accelerations import Undetermined, massless
 from .solve.dead_symbols import without_dead_symbols
 from .solve.solved import Solved, check_rates, prescribed_motion, solve_system
+
+if TYPE_CHECKING:
+    from .hybrid.told_laws import ToldLaws
 
 
 def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Equations:
@@ -63,6 +65,8 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
         check_crowd(system, members, parts, reporter)
     laws: ToldLaws | None = None
     if CONTACT_STEPS in parts and not members:
+        from .hybrid.told_laws import with_told_laws
+
         system, laws = with_told_laws(system)
     try:
         solved = solve_system(system, reporter, parts, forces_by_name(members))

@@ -7,7 +7,7 @@ functions in a file of their own and its row here; one that is built on request 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
@@ -19,7 +19,6 @@ from ..mechanics.system import MechanicalSystem
 from .hybrid.crowd import Crowd
 from .hybrid.plans import names_of
 from .hybrid.switching import add_events
-from .hybrid.told_laws import ToldLaws
 from .model import Function, Slot
 from .reported.assembly import assembly
 from .reported.balance import balance_of
@@ -32,6 +31,9 @@ from .rows.crowd import CrowdMember, check_askers
 from .solve.shares import check_derivatives
 from .solve.solved import Solved
 from .timed_tables import timed_tables
+
+if TYPE_CHECKING:
+    from .hybrid.told_laws import ToldLaws
 
 
 class Draft(Struct, eq=False):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -29,7 +30,9 @@ from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans, share_plans
 from .sliding import places_of_modes, sliding, with_sliding
 from .switches import Switches, SwitchPlan, find_switches, jumps_of_forces, relations_of_time
-from .told_laws import ToldLaws, told_function
+
+if TYPE_CHECKING:
+    from .told_laws import ToldLaws
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
@@ -129,6 +132,8 @@ def add_events(
         *_branch_functions(system, solved, layout, z),
     ]
     if laws is not None:
+        from .told_laws import told_function
+
         told = told_function(system, solved, laws)
         made.append(replace(told, outputs=switches.apply(system, told.outputs)))
     names = [entry.name for entry in layout.states]
