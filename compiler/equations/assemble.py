@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import AssertionEntry, ConstraintEntry, Origin
+from mechc.runtime.methods import CONTACT_STEPS
 
 from ..graph import DivisionByZero, Node
 from ..graph.elimination.path_elimination import ZeroPivot
@@ -29,6 +30,9 @@ from .rows.without_mass import with_balances, with_combined_balances
 from .solve.accelerations import Undetermined, massless
 from .solve.dead_symbols import without_dead_symbols
 from .solve.solved import Solved, check_rates, prescribed_motion, solve_system
+
+if TYPE_CHECKING:
+    from .hybrid.told_laws import ToldLaws
 
 
 def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str] = ()) -> Equations:
@@ -59,6 +63,11 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     system, members = set_apart(system, reporter)
     if members:
         check_crowd(system, members, parts, reporter)
+    laws: ToldLaws | None = None
+    if CONTACT_STEPS in parts and not members:
+        from .hybrid.told_laws import with_told_laws
+
+        system, laws = with_told_laws(system)
     try:
         solved = solve_system(system, reporter, parts, forces_by_name(members))
     except Undetermined as undecided:
@@ -70,7 +79,7 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
     solved = with_past(system, solved, reporter)
     reporter.stop_on_errors()
     try:
-        draft = _begun(system, solved, members, reporter, parts)
+        draft = _begun(system, solved, members, laws, reporter, parts)
         for feature in FEATURES:
             if feature.always or feature.name in parts:
                 feature.build(draft)
@@ -83,6 +92,7 @@ def _begun(
     system: MechanicalSystem,
     solved: Solved,
     members: tuple[CrowdMember, ...],
+    laws: ToldLaws | None,
     reporter: Reporter,
     parts: frozenset[str],
 ) -> Draft:
@@ -96,7 +106,7 @@ def _begun(
     if crowd is not None:
         functions = [Function(f.name, f.doc, crowd.outputs) if f.name == "outputs" else f for f in functions]
     check_rates(system, [n for f in functions for n in f.outputs], reporter)
-    return Draft(system, solved, layout, listed, found, members, crowd, reporter, parts, functions)
+    return Draft(system, solved, layout, listed, found, members, crowd, laws, reporter, parts, functions)
 
 
 def _equations(draft: Draft) -> Equations:

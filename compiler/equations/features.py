@@ -7,7 +7,7 @@ functions in a file of their own and its row here; one that is built on request 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, field
 
@@ -32,6 +32,9 @@ from .solve.shares import check_derivatives
 from .solve.solved import Solved
 from .timed_tables import timed_tables
 
+if TYPE_CHECKING:
+    from .hybrid.told_laws import ToldLaws
+
 
 class Draft(Struct, eq=False):
     """Equations while features are added. ``functions`` come first in the code, those ``behind`` after them; ``described``: fields of
@@ -44,6 +47,7 @@ class Draft(Struct, eq=False):
     found: InitialUnknowns
     members: tuple[CrowdMember, ...]
     crowd: Crowd | None
+    laws: ToldLaws | None
     reporter: Reporter
     parts: frozenset[str]
     functions: list[Function]
@@ -98,6 +102,7 @@ def _events(draft: Draft) -> None:
         draft.reporter,
         draft.parts,
         draft.crowd,
+        draft.laws,
     )
     if found is None:
         return

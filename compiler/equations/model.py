@@ -129,7 +129,8 @@ class HybridPlan(Struct, frozen=True):
     indicators, indicator_rates, crossing_times, conditions, row_values, respond, and one for each branch. ``slides``: for each switch
     the one of the mode in which the motion slides along its surface, -1 where there is none; empty where no motion slides. ``shares``:
     of each row; empty where no row may share a load that is asked for. ``leading``: how many switches and branches, the first ones, change
-    before others are asked.
+    before others are asked. ``told``: the index in z of the number that is 1 while steps that solve for contacts form their rates, and how many
+    numbers behind it the function ``told`` gives (told_laws.py).
     """
 
     switches: tuple[SwitchText, ...]
@@ -148,6 +149,7 @@ class HybridPlan(Struct, frozen=True):
     delays: DelayPlan | None = None
     shares: tuple[SharePlan, ...] = ()
     leading: tuple[int, int] = (0, 0)
+    told: tuple[int, int] = (-1, 0)
 
 
 BALANCE = "balance"

@@ -171,6 +171,7 @@ class _Check:
                 "delay_times": 0 if h.delays is None else len(h.delays.delays),
                 "row_values": 8 * len(h.rows),
                 "respond": e.nv + len(h.rows),
+                "told": h.told[1],
             }
             promised |= {} if h.crowd is None else h.crowd.results(e.nv)
             promised |= {b.function: ny + nz + len(b.shown.checks) for b in h.branches}
@@ -365,6 +366,7 @@ class _Check:
             *held,
             *initial,
             *(h.crowd.places if h.crowd is not None else ()),
+            *(range(h.told[0], h.told[0] + 1 + h.told[1]) if h.told[1] else ()),
         ]
         self.indices("hybrid, z", used, nz)
         for index in used:

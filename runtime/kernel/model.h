@@ -91,8 +91,10 @@ enum mech_row_value {
     MECH_SECOND,    /* dr/dt with the present modes                                              */
     MECH_FORCE,     /* f with the present modes; step: energy behind the switch minus before it  */
     MECH_LIMIT,     /* friction: largest |f| that sticks                                         */
-    MECH_COEFFICIENT, /* contact: restitution; friction in a contact: largest |f| over its f     */
-    MECH_EXTRA,     /* contact: approach below which it rests, < 0: relative; friction: sliding coefficient */
+    MECH_COEFFICIENT, /* contact: restitution; friction in a contact: largest |f| over its f; else, for steps
+                       that solve for contacts: largest force against a motion forwards, by its flag */
+    MECH_EXTRA,     /* contact: approach below which it rests, < 0: relative; friction: sliding coefficient; else
+                       the same backwards                                                     */
     MECH_ROW_VALUES
 };
 
@@ -179,6 +181,9 @@ typedef struct mech_hybrid {
     int n_leading_switches, n_leading_branches; /* the first ones, of frictions on what has no mass: they change before
                                                  * others are asked */
     int narrow;                 /* indicators may change within a small part of a step: they are looked at closely */
+    int n_told, first_told;     /* what laws ask of forces and contacts where steps solve for these: z[first_told] is 1 while such a step
+                                 * forms its rates, and the answers behind it are those at its beginning */
+    mech_function *told;        /* out[n_told], in the present modes; NULL where laws ask for nothing */
 } mech_hybrid;
 
 typedef struct mech_start_row {
@@ -232,6 +237,6 @@ typedef struct mech_model {
     const mech_series *series;
 } mech_model;
 
-#define MECH_MODEL_VERSION 11
+#define MECH_MODEL_VERSION 12
 
 #endif

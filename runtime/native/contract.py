@@ -11,7 +11,7 @@ import ctypes
 from ctypes import POINTER, c_double, c_int, c_void_p
 from typing import ClassVar
 
-MODEL_VERSION = 11
+MODEL_VERSION = 12
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 """mech_function"""
@@ -100,6 +100,8 @@ class HybridStruct(Contract):
         *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd", "slides", "delays")),
         ("shares", POINTER(ShareRowStruct)),
         *((name, c_int) for name in ("n_leading_switches", "n_leading_branches", "narrow")),
+        *((name, c_int) for name in ("n_told", "first_told")),
+        ("told", c_void_p),
     )
     n_switches: int
     n_times: int

@@ -338,3 +338,125 @@ def test_a_damper_that_a_contact_holds_sees_the_speed_that_is() -> None:
         assert energy is not None and energy.dissipated is not None
         assert abs(energy.start - energy.dissipated - energy.end) < 1e-5 * energy.dissipated
     assert errors[0] < 2e-6 and 3 < errors[0] / errors[1] < 12
+
+
+BLOCK = """
+coordinate Length x = 0 m;
+coordinate Length y = 0 m;
+kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+potential 1 kg*9.81 m/s^2*y;
+contact floor: y friction 0.1 along der(x);
+"""
+SMOOTH = BLOCK.replace(" friction 0.1 along der(x)", "")
+
+
+def moved(text: str, name: str = "x", **options: Any) -> float:
+    """What a quantity comes to, with an energy that is balanced."""
+    solution = mechc.loads(text).simulate(**{"step": "1 ms", **MOREAU, **options})
+    assert solution.outcome is Outcome.COMPLETED, solution.message
+    energy = solution.energy
+    assert energy is not None
+    left = energy.start + (energy.supplied or 0) - (energy.dissipated or 0) - energy.end
+    assert abs(left) < 1e-9 * max(1, abs(energy.end))
+    return float(solution[name][-1])
+
+
+@pytest.mark.parametrize(
+    ("law", "name", "right"),
+    [
+        (SMOOTH + "force if closed(floor) then 3 N else 0 N on x;", "x", 6),
+        (SMOOTH + "initial der(x) = 2 m/s; force -0.1*multiplier(floor) on x;", "x", 4 - 0.981 * 2),
+        (SMOOTH + "force if multiplier(floor) > 5 N then 3 N else 0 N on x;", "x", 6),
+        (SMOOTH + "initial der(x) = 2 m/s; damping (if closed(floor) then 1 N.s/m else 0 N.s/m) on x;",
+         "x", 2 * (1 - math.exp(-2))),
+        (SMOOTH + "state Real s = 0; equation der(s) = (if closed(floor) then 1 else 0)/1 s;", "s", 2),
+        (SMOOTH + "state Real s = 0; equation der(s) = multiplier(floor)/1 N/1 s;", "s", 19.62),
+        (SMOOTH + "state Velocity s = 0 m/s; equation der(s) = der(der(y));", "s", 0),
+        (SMOOTH + "output s = integral(multiplier(floor));", "s", 19.62),
+        (SMOOTH + "output s = rms(multiplier(floor));", "s", 9.81),
+        (BLOCK + "force 1.5 N on x; output s = integral(power(floor.friction));", "s", -0.981 * 0.519 * 2),
+        (BLOCK + "state Real s = 0; equation der(s) = (if closed(floor.friction) then 1 else 0)/1 s;"
+         "force if time < 1 s then 0 N else 1.5 N on x;", "s", 1),
+        (SMOOTH.replace("floor: y", "floor: y + 100 m") + "constraint k: y = 0 m; when time >= 1 s then release k; end when;"
+         "force if closed(k) then 3 N else 0 N on x;", "x", 1.5 + 3),
+        (SMOOTH + "coordinate Length w = 0 m; kinetic 1/2*1 kg*der(w)^2; constraint k: x + y = 0 m; force multiplier(k) on w;"
+         "force 2 N on x;", "w", -4),
+    ],
+)  # fmt: skip
+def test_laws_are_told_of_contacts(law: str, name: str, right: float) -> None:
+    """Closed forms. The rates that a step begins with are those without contacts; what asks there is told of the step before."""
+    found = moved(law + "experiment(stop = 2 s);", name)
+    assert found == pytest.approx(right, abs=2e-3 if "time <" in law else 1e-6)
+
+
+def test_a_law_that_is_told_of_a_bounce_tends_to_events() -> None:
+    text = SMOOTH.replace("y = 0 m", "y = 1 m").replace(
+        "contact floor: y", "contact floor: y restitution 0.3"
+    )
+    text += "force if closed(floor) then 3 N else 1 N on x; experiment(stop = 2 s);"
+    exact = mechc.loads(text).simulate(estimate_error=False)["x"][-1]
+    errors = [abs(moved(text, step=step) - exact) for step in ("2 ms", "0.5 ms")]
+    assert errors[1] < errors[0] / 2 and errors[1] < 0.02
+
+
+def test_a_model_whose_steps_tell_runs_with_events_as_well() -> None:
+    """The formulas that events read are in the same functions."""
+    text = SMOOTH + "force if closed(floor) then 0.1*multiplier(floor) else 0 N on x;"
+    text += 'experiment(stop = 2 s, method = "moreau", step = 1 ms);'
+    for method in ("moreau", "gauss4", "rk4"):
+        assert moved(text, method=method) == pytest.approx(1.962, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("friction", "force", "right"),
+    [
+        ("1 N static 2 N", "1 N/s*time", 10 / 3),
+        ("forward 1 N backward 0.5 N", "1 N/s*time", 4.5),
+        ("forward 1 N backward 0.5 N", "-1 N/s*time", -(3.5**3) / 6),
+        ("forward 1 N backward 0.5 N static forward 2 N backward 3 N", "1 N/s*time", 10 / 3),
+        ("forward 1 N backward 0.5 N static forward 2 N backward 3 N", "-1 N/s*time", -(2.5 / 2 + 1 / 6)),
+        ("if der(x) > 0 m/s then 1 N else 0.4 N", "-1 N/s*time", -(3.6**3) / 6),
+        ("0.1*multiplier(floor) static 0.2*multiplier(floor)", "1 N/s*time", 0.981 * 2.038**2 / 2 + 2.038**3 / 6),
+    ],
+)  # fmt: skip
+def test_limits_of_friction_are_those_of_its_side(friction: str, force: str, right: float) -> None:
+    """It slides at the limit of sliding once the one of sticking is exceeded: to a step at that limit's excess."""
+    text = SMOOTH + f"friction rub: {friction} on x; force {force} on x; experiment(stop = 4 s);"
+    excess = 1e-3 * 4 * (3 if "static" in friction else 1e-3)
+    assert moved(text) == pytest.approx(right, abs=excess)
+
+
+def test_a_slip_to_and_fro_has_both_limits() -> None:
+    text = "coordinate Length x = 0 m; initial der(x) = -2 m/s; kinetic 1/2*1 kg*der(x)^2;"
+    text += "friction forward 1 N backward 0.5 N on x; force 1.5 N on x; experiment(stop = 4 s);"
+    assert moved(text) == pytest.approx(-1 + 9 / 4, abs=1e-3)
+
+
+COUNTED = (
+    "discrete Integer up = 0; discrete Integer down = 0; output Integer u = up; output Integer d = down;"
+)
+
+
+@pytest.mark.parametrize(
+    ("what", "more", "stop"),
+    [
+        ("floor", "force 60 N*(exp(-((time - 1.5 s)/(30 ms))^2) + exp(-((time - 3 s)/(30 ms))^2)) on y;", 5),
+        ("floor", "when time >= 1 s then release floor; end when;", 2),
+        ("floor", "when time >= 1 s then release floor; reinit(der(y), 1 m/s); end when;"
+         "when time >= 1.1 s then engage floor; end when;", 2),
+        ("floor.friction", "force 1.5 N*sin(2*time/1 s) on x;", 6),
+    ],
+)  # fmt: skip
+def test_what_closes_and_opens_fires(what: str, more: str, stop: float) -> None:
+    """As often as with events, each time within a few steps of it."""
+    text = BLOCK + COUNTED + f"when not closed({what}) then up := up + 1; end when;"
+    text += f"when closed({what}) then down := down + 1; end when; {more} experiment(stop = {stop} s);"
+    model = mechc.loads(text)
+    events, steps = model.simulate(estimate_error=False), model.simulate(step="1 ms", **MOREAU)
+    times = [
+        np.array([e.time for e in run.events if e.kind == "when" and "closed" in e.name])
+        for run in (events, steps)
+    ]
+    assert len(times[0]) == len(times[1]) >= 2
+    assert np.abs(times[0] - times[1]).max() < 5e-3
+    assert [steps[n][-1] for n in "ud"] == [events[n][-1] for n in "ud"]

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
+from msgspec.structs import replace
+
 from ...graph import Node
 from ...graph.differentiate import jvp
 from ...graph.rewrite import substitute
+from ...mechanics.modes import Mode
 from ...mechanics.system import MechanicalSystem
 from ..rows.constraints import Row
 from ..rows.modes import limits
@@ -20,9 +23,10 @@ RowValues = Mapping[Node, tuple[Node, ...]]
 
 
 def row_values(
-    system: MechanicalSystem, solved: Solved, row: Row, normals: Mapping[str, Node]
+    system: MechanicalSystem, solved: Solved, row: Row, normals: Mapping[str, Node], *, stepped: bool = False
 ) -> tuple[Node, ...]:
-    """Return the eight values of a row in the order of the kernel (``mech_row_value``)."""
+    """Return the eight values of a row in the order of the kernel (``mech_row_value``). ``stepped``: with those that steps which
+    solve for contacts ask for."""
     graph, mode = system.graph, row.constraint.mode
     assert mode is not None
     zero = graph.zero
@@ -54,7 +58,18 @@ def row_values(
     elif mode.kind == "contact":
         assert mode.restitution is not None and mode.rest is not None
         coefficient, extra = mode.restitution, mode.rest
+    if stepped and mode.kind == "friction" and not mode.contact:
+        coefficient, extra = _limits_of_steps(system, mode, normals)
     return solved.resolve([gap, row.rate, drift, row.second, force, limit, coefficient, extra])
+
+
+def _limits_of_steps(system: MechanicalSystem, mode: Mode, normals: Mapping[str, Node]) -> tuple[Node, Node]:
+    """Return the largest forces of a friction against a motion forwards and against one backwards, as it sticks or slides now."""
+    graph = system.graph
+    other = replace(mode, kinetic=mode.backward, static=mode.static_backward)
+    sides = [limits(system, m, normals, {}) for m in (mode, other if mode.backward is not None else mode)]
+    forward, backward = (graph.select(mode.flag, static, kinetic) for kinetic, static in sides)
+    return forward, backward
 
 
 def indicator(

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 from msgspec import Struct
 from msgspec.structs import replace
 
 from mechc.lang.diagnostics import Reporter
 from mechc.runtime.interface import Quantity
+from mechc.runtime.methods import CONTACT_STEPS
 
 from ...graph import Graph, Node
 from ...graph.differentiate import jvp, vjp
@@ -28,6 +30,9 @@ from .indicators import RowValues, indicator, row_values
 from .plans import branch_plans, impacts_are_simultaneous, impulse_of, one_line, row_plans, share_plans
 from .sliding import places_of_modes, sliding, with_sliding
 from .switches import Switches, SwitchPlan, find_switches, jumps_of_forces, relations_of_time
+
+if TYPE_CHECKING:
+    from .told_laws import ToldLaws
 
 STARTS = ("initial", "initial_of_others", "discretes", "assembly", "assembly_jacobian")
 UNSWITCHED = (*STARTS, "inputs", "assertions")
@@ -57,6 +62,7 @@ def add_events(
     reporter: Reporter,
     parts: Collection[str] = (),
     crowd: Crowd | None = None,
+    laws: ToldLaws | None = None,
 ) -> EventEquations | None:
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
@@ -66,7 +72,8 @@ def add_events(
     rhs = next(f for f in functions if f.name == "rhs")
     conditions = solved.resolve([branch.condition for branch in system.branches])
     normals = {row.constraint.name: row.multiplier for row in solved.switched}
-    values = {row.multiplier: row_values(system, solved, row, normals) for row in rows}
+    stepped = CONTACT_STEPS in parts
+    values = {row.multiplier: row_values(system, solved, row, normals, stepped=stepped) for row in rows}
     fixed = frozenset(s.node for s in (*system.symbols.discretes, *system.symbols.parameters))
     modes = [*_mode_symbols(system, rows), *(share.rests for share in solved.shared.values())]
     energies = solved.resolve([solved.energies.potential, solved.energies.kinetic, system.lagrangian])
@@ -95,6 +102,8 @@ def add_events(
     steps = energy_steps(system, solved, switches, reporter)
     z = _z_symbols(system, switches, modes, steps)
     z += [share.beside for share in solved.shared.values()]
+    if laws is not None:
+        z += laws.symbols
     if crowd is not None:
         z = _beside(system, steps, z, crowd, reporter)
     layout = _with_z(system, layout, z)
@@ -122,6 +131,11 @@ def add_events(
         *_functions(system, solved, _Switching(switches, rows, values, steps, conditions)),
         *_branch_functions(system, solved, layout, z),
     ]
+    if laws is not None:
+        from .told_laws import told_function
+
+        told = told_function(system, solved, laws)
+        made.append(replace(told, outputs=switches.apply(system, told.outputs)))
     names = [entry.name for entry in layout.states]
     plan = HybridPlan(
         switches=tuple(SwitchText(place[s.symbol], s.text) for s in switches.located),
@@ -141,6 +155,7 @@ def add_events(
         delays=delays,
         crowd=None if crowd is None else replace(crowd.plan, first=len(z) - len(crowd.places)),
         shares=share_plans(rows, steps, solved.shared, place),
+        told=(-1, 0) if laws is None else (place[laws.told], len(laws.places)),
         leading=(sum(s.leads for s in switches.located), sum(b.leads for b in system.branches)),
     )
     if (

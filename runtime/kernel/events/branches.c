@@ -79,6 +79,19 @@ static int act(mech_solver *s, int k, int scheduled)
     return scheduled ? MECH_RUNNING : check_accumulation(s, k);
 }
 
+int mech_branches_rise(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    int rises = 0;
+    if (!s->model->hybrid->n_branches) return 0;
+    mech_branches_read(s, e->held_new);
+    for (int k = 0; k < s->model->hybrid->n_branches; k++) {
+        rises |= e->held_new[k] > MECH_C(0.5) && !(e->held[k] > MECH_C(0.5));
+        if (!(e->held_new[k] > MECH_C(0.5))) e->held[k] = 0;
+    }
+    return rises;
+}
+
 int mech_branches_fire(mech_solver *s, int first, int last, int scheduled, int *changed)
 {
     const mech_hybrid *h = s->model->hybrid;

@@ -9,5 +9,7 @@ void mech_branches_read(mech_solver *s, mech_real *out);
 /* Fires those of the branches from first to last - 1 whose conditions have risen: the first one of each event. scheduled: the instant was known before, as
    that of a clock. *changed: the number of the last one, from 1. */
 int mech_branches_fire(mech_solver *s, int first, int last, int scheduled, int *changed);
+/* Whether a condition has begun to hold within a step that solved for contacts; those that have ceased to are noted. */
+int mech_branches_rise(mech_solver *s);
 
 #endif

@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "begin.h"
+#include "branches.h"
 #include "clock.h"
 #include "contact_cones.h"
 #include "contact_projection.h"
@@ -315,6 +316,18 @@ static int try_and_locate(mech_solver *s, mech_real limit, mech_real *t_new, mec
     }
 }
 
+/* What holds when a run begins, for laws that ask: what a step from there would find. */
+static void look_ahead(mech_solver *s, mech_real limit)
+{
+    const mech_report *r = &s->run->report;
+    if (!s->method->impulses || !s->model->hybrid->n_told || r->steps) return;
+    if (s->method->attempt(s, mech_min(r->dt, limit - r->t)) <= 1) {
+        const mech_real *rates, *impulses = s->method->impulses(s, &rates);
+        mech_contact_modes_tell(s, impulses, rates);
+    }
+    s->method->begin(s, 1);
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
@@ -322,8 +335,9 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     mech_event_state *e = s->events;
     const mech_real known = mech_schedule_next(s), next = s->history ? mech_min(known, mech_history_next(s)) : known;
     mech_real t_new, h, part;
-    int hit = -1, given_up = 0, hidden = 0;
+    int hit = -1, given_up = 0, hidden = 0, rises = 0;
     keep_sizes(s, 1);
+    look_ahead(s, mech_min(limit, next));
     int status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part, &hidden);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
     if (status) return status;
@@ -362,12 +376,13 @@ static int hybrid_step(mech_solver *s, mech_real limit)
         const mech_real *rates, *impulses = s->method->impulses(s, &rates);
         mech_contact_modes_tell(s, impulses, rates);
     }
+    if (!status && s->method->impulses) rises = mech_branches_rise(s); /* what is closed changes without an event */
     if (!status && s->history && run->next_stop > stop) status = mech_history_stop(s);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
     const int broken = s->history ? mech_history_at_break(s) : 0;
     if (broken < 0) return broken;
-    return hit >= 0 || given_up || broken || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);
+    return hit >= 0 || given_up || broken || rises || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);
 }
 
 static int advance(mech_solver *s, mech_real t_end, long max_steps)

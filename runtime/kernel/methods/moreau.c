@@ -39,7 +39,7 @@ static int lacks(const mech_model *model)
 
 /* The memory of a step. */
 typedef struct room {
-    mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver, *steepest, *outputs;
+    mech_real *z, *y, *values, *before, *after, *response, *w, *q, *r, *u, *impulse, *rates, *fastest, *solver, *steepest, *outputs, *modes, *middle;
     mech_cone *cones;
     int *row, *contact;
     mech_moreau_crowd crowd; /* where contacts are one */
@@ -52,7 +52,8 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
     const size_t ny = (size_t)(m->nq + m->nv + m->nx), nz = (size_t)m->nz, few = nv <= MOST_STIFF;
     const size_t sizes[] = {n, n, 1, nz, ny, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * MECH_ROW_VALUES, n * (nv + n),
                             n * n, n, n, n, mech_cones_room((int)n), mech_room_for(n * sizeof(mech_cone)), 2 * mech_integers((int)n),
-                            nv, few * nv * nv, few * 2 * mech_integers((int)nv), m->hybrid && m->hybrid->carried ? (size_t)m->n_outputs : 0};
+                            nv, few * nv * nv, few * 2 * mech_integers((int)nv), m->hybrid && m->hybrid->carried ? (size_t)m->n_outputs : 0,
+                            nz, n};
     const int crowd = m->hybrid && m->hybrid->crowd;
     mech_real *places[sizeof sizes / sizeof sizes[0]];
     size_t total = 0;
@@ -65,7 +66,8 @@ static size_t arrange(const mech_model *m, mech_real *memory, room *o)
                     .before = places[6], .after = places[7], .response = places[8], .w = places[9], .q = places[10], .r = places[11],
                     .u = places[12], .solver = places[13], .cones = (mech_cone *)places[14], .row = (int *)places[15],
                     .contact = (int *)(places[15] + mech_integers((int)n)), .steepest = places[16],
-                    .stiff = {0, (int)nv, places[17], (int *)places[18], (int *)(places[18] + mech_integers((int)nv))}, .outputs = places[19]};
+                    .stiff = {0, (int)nv, places[17], (int *)places[18], (int *)(places[18] + mech_integers((int)nv))},
+                    .outputs = places[19], .modes = places[20], .middle = places[21]};
     if (o && crowd) mech_moreau_crowd_attach(&o->crowd, m, memory + total);
     return total + (crowd ? mech_moreau_crowd_numbers(m) : 0);
 }
@@ -122,6 +124,23 @@ static void read_rows(mech_solver *s, mech_real t, const room *o, mech_real *val
     s->model->hybrid->row_values(t, o->y, s->u, o->z, s->o.p, values);
 }
 
+/* The limits of friction: they may come from the forces that hold now. What has its own sticks or slides as it does when the step begins,
+ * at the velocities in o->y. */
+static void read_limits(mech_solver *s, mech_real t, const room *o)
+{
+    const mech_hybrid *hybrid = s->model->hybrid;
+    memcpy(o->modes, s->o.z, (size_t)s->model->nz * sizeof(mech_real));
+    for (int i = 0; i < hybrid->n_rows; i++) {
+        const mech_row *row = &hybrid->rows[i];
+        if (row->kind != MECH_FRICTION || row->normal >= 0) continue;
+        const mech_real rate = value(o->before, i, MECH_RATE);
+        const int slips = mech_abs(rate) > MECH_C(1e-9) * *o->fastest;
+        o->modes[row->flag] = !slips;
+        o->modes[row->sign] = slips ? (rate > 0 ? 1 : -1) : 0;
+    }
+    hybrid->row_values(t, o->y, s->u, o->modes, s->o.p, o->values);
+}
+
 /* The problem's rows and cones: all that is held and rubs, and contacts in `takes`. */
 static int find_cones(mech_solver *s, const room *o, const int *takes, mech_real h, mech_cones *c)
 {
@@ -132,13 +151,17 @@ static int find_cones(mech_solver *s, const room *o, const int *takes, mech_real
         const mech_row *row = &hybrid->rows[i];
         const int at = c->n;
         mech_cone cone = {MECH_CONE_HELD, at, 0, 0, 0};
+        o->middle[at] = 0;
         if (row->kind == MECH_BILATERAL && is_on(s, row->flag)) {
             o->row[c->n++] = i;
             q[at] = value(o->after, i, MECH_RATE);
         } else if (row->kind == MECH_FRICTION && row->normal < 0 && is_on(s, row->enabled)) {
             cone.kind = MECH_CONE_DISC;
             cone.slips = 1;
-            cone.coefficient = h * mech_max(0, value(o->values, i, MECH_LIMIT));
+            const mech_real forwards = mech_max(0, value(o->values, i, MECH_COEFFICIENT));
+            const mech_real backwards = mech_max(0, value(o->values, i, MECH_EXTRA));
+            cone.coefficient = h * (forwards + backwards) / 2;
+            o->middle[at] = h * (backwards - forwards) / 2;
             o->row[c->n++] = i;
             q[at] = value(o->after, i, MECH_RATE);
         } else if (row->kind == MECH_CONTACT && takes[i]) {
@@ -159,6 +182,7 @@ static int find_cones(mech_solver *s, const room *o, const int *takes, mech_real
                 cone.coefficient = mech_max(0, value(o->before, f, slips ? MECH_EXTRA : MECH_COEFFICIENT));
                 cone.slips = cone.coefficient > 0 ? count : 0;
                 for (int k = 0; k < cone.slips; k++) {
+                    o->middle[c->n] = 0;
                     o->row[c->n] = f + k;
                     q[c->n++] = value(o->after, f + k, MECH_RATE);
                 }
@@ -172,7 +196,7 @@ static int find_cones(mech_solver *s, const room *o, const int *takes, mech_real
     return c->n;
 }
 
-/* What unit impulses along the rows of the problem do; those of rows that nothing moves are set aside. */
+/* What unit impulses along the rows of the problem do; those in the middle of limits act as if they were applied. */
 static void respond(mech_solver *s, mech_real t, const room *o, const mech_real *free_, const mech_cones *c)
 {
     const mech_model *m = s->model;
@@ -190,7 +214,10 @@ static void respond(mech_solver *s, mech_real t, const room *o, const mech_real 
         for (int i = 0; i < m->hybrid->n_rows; i++) jump[m->nv + i] = value(o->values, i, MECH_RATE) - value(o->after, i, MECH_RATE);
     }
     for (int i = 0; i < c->n; i++)
-        for (int k = 0; k < c->n; k++) o->w[(size_t)i * c->n + k] = o->response[(size_t)k * width + m->nv + o->row[i]];
+        for (int k = 0; k < c->n; k++) {
+            o->w[(size_t)i * c->n + k] = o->response[(size_t)k * width + m->nv + o->row[i]];
+            o->q[i] += o->w[(size_t)i * c->n + k] * o->middle[k];
+        }
 }
 
 /* v+ from v' in `free`, and all row rates there. */
@@ -231,12 +258,11 @@ static void solve_rows(mech_solver *s, const room *o, mech_real h, const mech_re
     const mech_model *m = s->model;
     const mech_hybrid *hybrid = m->hybrid;
     const int nq = m->nq, nv = m->nv, rows = hybrid->n_rows;
-    const mech_real middle = s->run->report.t + h / 2, *z = s->o.z;
+    const mech_real middle = s->run->report.t + h / 2;
     mech_report *report = &s->run->report;
     int *takes = o->contact;
     memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
     read_rows(s, middle, o, o->before);
-    hybrid->row_values(middle, o->y, s->u, z, s->o.p, o->values); /* limits of friction may come from the forces that hold now */
     memcpy(o->y + nq, free_, (size_t)nv * sizeof(mech_real));
     read_rows(s, middle, o, o->after);
     for (int i = 0; i < rows; i++)
@@ -248,14 +274,13 @@ static void solve_rows(mech_solver *s, const room *o, mech_real h, const mech_re
     mech_cones c = {.cones = o->cones, .w = o->w, .q = o->q, .r = o->r, .u = o->u};
     int solved = 1;
     for (int look = 0;; look++) {
-        if (look) { /* the limits again */
-            memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
-            hybrid->row_values(middle, o->y, s->u, z, s->o.p, o->values);
-        }
+        memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
+        read_limits(s, middle, o);
         find_cones(s, o, takes, h, &c);
         respond(s, middle, o, free_, &c);
-        for (int k = 0; k < c.n; k++) c.r[k] = o->impulse[o->row[k]];
+        for (int k = 0; k < c.n; k++) c.r[k] = o->impulse[o->row[k]] - o->middle[k];
         solved = mech_cones_sweep(&c, MOST_SWEEPS, o->solver) || mech_cones_refine(&c, o->solver) || mech_cones_solve(&c, o->solver);
+        for (int k = 0; k < c.n; k++) c.r[k] += o->middle[k];
         move(s, middle, o, &c, free_, v);
         int more = 0; /* what the impulses drive onto others */
         for (int i = 0; i < rows; i++) {
@@ -366,6 +391,11 @@ static mech_real attempt(mech_solver *s, mech_real h)
         if (hybrid->rows[i].kind == MECH_STEP_ROW) continue;
         if (hybrid->rows[i].flag >= 0) o.z[hybrid->rows[i].flag] = 0;
         if (hybrid->rows[i].sign >= 0) o.z[hybrid->rows[i].sign] = 0;
+    }
+    if (hybrid->n_told) { /* before the place that tells so is set */
+        mech_surroundings(s, t);
+        hybrid->told(t, s->y, s->u, z, s->o.p, o.z + hybrid->first_told + 1);
+        o.z[hybrid->first_told] = 1;
     }
     /* the middle, and the velocities there without contacts */
     for (int i = 0; i < ny; i++) o.y[i] = s->y[i] + (i < nq || i >= nq + nv ? h / 2 * s->dy[i] : 0);
