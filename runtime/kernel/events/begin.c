@@ -1,11 +1,15 @@
 /* The start of a run with events: what holds there, then what happens there. */
 #include "begin.h"
 
+#include <string.h>
+
 #include "branches.h"
+#include "contact_modes.h"
 #include "history.h"
 #include "indicators.h"
 #include "instant.h"
 #include "journal.h"
+#include "method.h"
 #include "rows.h"
 #include "schedule.h"
 #include "step.h"
@@ -45,6 +49,45 @@ static void set_switches(mech_solver *s)
             e->scale[k] = mech_abs(e->w[k]);
         }
     }
+}
+
+/* What presses and sticks at the start, before anything happens. */
+static void choose_modes(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    int struck = 0;
+    memset(e->open, 0, (size_t)e->n_rows * sizeof(mech_real));
+    memset(e->slides, 0, (size_t)e->n_rows * sizeof(mech_real));
+    mech_contact_modes_choose(s, -1, &struck);
+}
+
+/* What is true at the start does not become true there: conditions are read with what presses and sticks from the beginning. What
+ * an impact or an action brings comes after that, and so do failures. */
+static void read_held(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    const mech_model *m = s->model;
+    const mech_report report = s->run->report;
+    const int rests = e->n_rows && !s->method->impulses && !m->hybrid->crowd; /* of a crowd no condition asks that */
+    if (rests) {
+        memcpy(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real));
+        memcpy(e->z_before, e->z, (size_t)m->nz * sizeof(mech_real));
+        choose_modes(s);
+        for (int round = 0; round < 2 && m->hybrid->n_switches; round++) { /* each may ask for the other */
+            set_switches(s);
+            choose_modes(s);
+        }
+    }
+    mech_branches_read(s, e->held);
+    if (!rests) return;
+    memcpy(s->y, e->y_before, (size_t)s->ny * sizeof(mech_real));
+    for (int k = 0; k < m->hybrid->n_switches; k++) { /* these are found */
+        const int place = m->hybrid->switches[k];
+        e->z_before[place] = e->z[place];
+    }
+    memcpy(e->z, e->z_before, (size_t)m->nz * sizeof(mech_real));
+    s->run->report = report;
+    mech_rows_read(s);
 }
 
 int mech_begin_look(mech_solver *s)
@@ -93,7 +136,7 @@ int mech_begin_look(mech_solver *s)
     if (h->initial >= 0) e->z[h->initial] = 0;
     if (h->n_branches) {
         const int before = mech_schedule_begin_before(s);
-        mech_branches_read(s, e->held);
+        read_held(s);
         if (before) mech_schedule_set(s, 0);
     }
     if (h->initial >= 0) e->z[h->initial] = 1;
