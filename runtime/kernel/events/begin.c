@@ -109,6 +109,7 @@ int mech_begin_look(mech_solver *s)
     if (status) return status;
     mech_schedule_pass(s);
     set_switches(s);
+    if ((status = mech_branches_begin(s))) return status;
     if (h->crowd && (status = mech_window_begin(s, length, speed))) return status;
     if (e->n_rows) {
         if (h->crowd) {
@@ -129,8 +130,9 @@ int mech_begin_look(mech_solver *s)
     }
     for (int i = 0; h->crowd && i < e->n_rows; i++) set_force(s, i, length, speed);
     for (int i = 0; i < s->events->n_rows; i++)
-        if (s->events->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_row_touches(s, i)) {
-            s->run->report.failed_value = e->row[i * MECH_ROW_VALUES + MECH_GAP];
+        if (mech_row_of(s, i)->kind == MECH_CONTACT && mech_row_is_enabled(s, i) && mech_row_value(s, i, MECH_GAP) < 0 &&
+            !mech_row_touches(s, i)) {
+            s->run->report.failed_value = mech_row_value(s, i, MECH_GAP);
             return mech_fail(s, MECH_PENETRATION, i);
         }
     if (h->initial >= 0) e->z[h->initial] = 0;
@@ -147,9 +149,9 @@ int mech_begin_events(mech_solver *s)
 {
     const int resumed = s->run->begun;
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
+    const long events = s->run->report.n_events;
     int status = resumed ? MECH_RUNNING : mech_begin_look(s);
     if (status) return status;
-    const long events = s->run->report.n_events;
     status = mech_instant_happen(s, -1, !resumed);
     if (status < 0) return status;
     s->run->begun = 1;
