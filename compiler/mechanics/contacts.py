@@ -81,23 +81,30 @@ def switchable(
             begins = rows.name not in left or not (rows.joint or rows.name in stated)
             unless = None
             if not begins and left[rows.name]:
-                unless = lowering.graph.one
-                for condition in left[rows.name]:
-                    unless = lowering.graph.logical_and(unless, lowering.scalar(condition))
+                unless = _together(lowering, left[rows.name])
             flag = lowering.graph.symbol(f"closed({rows.name})")
             rows = replace(rows, mode=Mode("constraint", flag, impulses, begins=begins, unless=unless))
         result.append(rows)
     return tuple(result)
 
 
+def _together(lowering: Lowering, conditions: Sequence[Expression]) -> Node:
+    found = lowering.graph.one
+    for condition in conditions:
+        found = lowering.graph.logical_and(found, lowering.scalar(condition))
+    return found
+
+
 def contact_rows(
     lowering: Lowering, model: FlatModel, symbols: Symbols, driven: AbstractSet[Node], reporter: Reporter
 ) -> tuple[ConstraintRows, ...]:
     """Return the rows of contacts, each followed by its friction, then those of other frictions. ``driven``: what drives prescribe."""
-    switched, moving = switched_names(model), symbols.moving - driven
+    switched, moving, left = switched_names(model), symbols.moving - driven, open_at_start(model)
     rows: list[ConstraintRows] = []
     for contact in model.contacts:
-        rows += _contact(lowering, contact, symbols, moving, contact.name in switched, reporter)
+        rows += _contact(
+            lowering, contact, symbols, moving, contact.name in switched, left.get(contact.name), reporter
+        )
     for friction in model.frictions:
         rows.append(_friction(lowering, friction, symbols, reporter))
     return tuple(rows)
@@ -142,9 +149,11 @@ def _contact(
     symbols: Symbols,
     moving: AbstractSet[Node],
     switched: bool,
+    left: Sequence[Expression] | None,
     reporter: Reporter,
 ) -> list[ConstraintRows]:
-    """Return the row of the gap, then those of the friction; so for each part of a gap that is the least of several."""
+    """Return the row of the gap, then those of the friction; so for each part of a gap that is the least of several. ``left``: on what
+    further conditions the start leaves it open, None where it does not."""
     graph, name = lowering.graph, contact.name
     parts = gap_parts(lowering, contact, symbols.positions)
     names = part_names(name, len(parts))
@@ -184,6 +193,8 @@ def _contact(
             restitution=restitution,
             rest=graph.minus_one if rest is None else lowering.scalar(rest),
             whole=name,
+            begins=left is None,
+            unless=_together(lowering, left) if left else None,
         )
         row = ConstraintRows(own, "position", (gap,), (base_unit(contact.gap),), "", "", contact.origin, mode)
         rows += [row, *_contact_friction(lowering, symbols, contact, own, reporter)]

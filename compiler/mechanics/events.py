@@ -46,7 +46,7 @@ def branch_rows(
             if branch.origin.instance:
                 text = f"{branch.origin.instance}: {text}"
             rows.append(BranchRow(number, condition, actions, text, branch.origin))
-    return (*_told_apart(lowering.graph, rows), *_engaged_at_start(lowering, model, constraints))
+    return (*_told_apart(lowering.graph, rows), *_engaged_at_start(lowering, constraints))
 
 
 def _told_apart(graph: Graph, rows: Sequence[BranchRow]) -> list[BranchRow]:
@@ -63,21 +63,21 @@ def _told_apart(graph: Graph, rows: Sequence[BranchRow]) -> list[BranchRow]:
     ]
 
 
-def _engaged_at_start(
-    lowering: Lowering, model: FlatModel, constraints: tuple[ConstraintRows, ...]
-) -> list[BranchRow]:
-    """Return a branch for each constraint that holds from the start unless a condition opens it."""
+def _engaged_at_start(lowering: Lowering, constraints: tuple[ConstraintRows, ...]) -> list[BranchRow]:
+    """Return a branch for each constraint that holds, or contact that may press, from the start unless a condition opens it."""
     graph, found = lowering.graph, dict[str, BranchRow]()
     for rows in constraints:
         mode = rows.mode
-        if mode is None or mode.unless is None or lowering.initial is None or rows.name in found:
+        if mode is None or mode.unless is None or lowering.initial is None:
+            continue
+        name = mode.whole or rows.name
+        if name in found:
             continue
         condition = graph.logical_and(lowering.initial, graph.logical_not(mode.unless))
-        action = SetAction((mode.flag,), (graph.one,), True, rows.origin)
-        number = len(model.events) + len(found)
-        found[rows.name] = BranchRow(
-            number, condition, (action,), f"{rows.name} holds at the start", rows.origin
-        )
+        flag, does = (mode.flag, "holds") if mode.enabled is None else (mode.enabled, "may press")
+        action = SetAction((flag,), (graph.one,), True, rows.origin)
+        number = -1 - len(found)  # it acts before the start is looked at
+        found[name] = BranchRow(number, condition, (action,), f"{name} {does} at the start", rows.origin)
     return list(found.values())
 
 

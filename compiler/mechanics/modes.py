@@ -32,7 +32,8 @@ class Mode(Struct, frozen=True):
     ``kinetic`` and ``static`` of its force (``backward`` and ``static_backward`` against a motion backwards, if these are others), or is in the contact ``contact`` with these as coefficients. ``smooth``
     takes the place of flag and sign where the law is regularized. ``rest``: approach below which a contact rests,
     negative for the default. ``whole``: the name of the contact, of whose gap this may be a part, or of its friction.
-    ``begins``: whether a constraint holds at the start; ``unless``: it does but where this is true, and is engaged then.
+    ``begins``: whether a constraint holds, or a contact may press, at the start; ``unless``: it does but where this is true, and is engaged
+    then.
     """
 
     kind: Literal["contact", "friction", "freewheel", "constraint"]
@@ -81,7 +82,7 @@ class EndAction(Struct, frozen=True):
 
 
 class BranchRow(Struct, frozen=True):
-    """One branch of a ``when``; branches of one ``event`` exclude each other. ``text``: the condition as written. ``leads``: it acts
+    """One branch of a ``when``; branches of one ``event`` exclude each other, that with a negative one acts before all at the start. ``text``: the condition as written. ``leads``: it acts
     before others are asked, as what decides whether a friction sticks."""
 
     event: int

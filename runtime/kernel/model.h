@@ -99,7 +99,7 @@ enum mech_row_value {
 };
 
 typedef struct mech_branch {
-    int event;     /* branches of one event exclude each other                                   */
+    int event;     /* branches of one event exclude each other; < 0: acts at the start only, before that is looked at */
     int n_checks;
     int terminates;
     mech_function *act; /* out[ny + nz + n_checks]: y and z, of which it writes what changes, then > 0.5 for each

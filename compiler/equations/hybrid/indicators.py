@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from msgspec.structs import replace
 
-from ...graph import Node
+from ...graph import Graph, Node
 from ...graph.differentiate import jvp
 from ...graph.rewrite import substitute
 from ...mechanics.modes import Mode
@@ -17,6 +17,10 @@ from ..solve.solved import Solved
 
 TURN = 0.5
 """A slide on a surface is looked at where its slip has turned by an angle with this cosine, or ends."""
+
+UNFELT = 1e-4
+"""Slip that counts as none where others hold a friction, as a share of what drives bring into it: beside what is driven along, polynomials
+of steps err by less."""
 
 RowValues = Mapping[Node, tuple[Node, ...]]
 """The eight values of each row, by its multiplier."""
@@ -81,7 +85,7 @@ def indicator(
     """
     graph, mode = system.graph, row.constraint.mode
     assert mode is not None
-    gap, rate, _, second, force, limit, _, _ = values[row.multiplier]
+    gap, rate, drift, second, force, limit, _, _ = values[row.multiplier]
     zero = graph.zero
     match mode.kind:
         case "contact":
@@ -93,8 +97,12 @@ def indicator(
         case "friction":
             assert mode.sign is not None
             margin = graph.sub(limit, graph.abs(force))
+            slips = graph.mul(mode.sign, rate)
+            if not graph.is_zero(drift):
+                slides = graph.less(zero, graph.abs(mode.sign))
+                slips = graph.select(slides, slips, _unheld(graph, [rate], [drift]))
             found = (
-                graph.select(mode.flag, margin, graph.mul(mode.sign, rate)),
+                graph.select(mode.flag, margin, slips),
                 graph.select(mode.flag, zero, graph.mul(mode.sign, second)),
             )
         case _:
@@ -102,6 +110,21 @@ def indicator(
     if mode.enabled is not None:
         return graph.select(mode.enabled, found[0], graph.one), graph.select(mode.enabled, found[1], zero)
     return found
+
+
+def _unheld(graph: Graph, rates: Sequence[Node], drifts: Sequence[Node]) -> Node:
+    """Return what falls below zero where what neither sticks by itself nor slides, as others hold it, is moved by what is driven."""
+    size, driven = (_size(graph, parts) for parts in (rates, drifts))
+    return graph.minimum(graph.zero, graph.sub(graph.mul(graph.constant(UNFELT), driven), size))
+
+
+def _size(graph: Graph, parts: Sequence[Node]) -> Node:
+    if len(parts) == 1:
+        return graph.abs(parts[0])
+    square = graph.zero
+    for part in parts:
+        square = graph.add(square, graph.mul(part, part))
+    return graph.sqrt(square)
 
 
 def _on_surface(
@@ -116,10 +139,13 @@ def _on_surface(
     if row is not surface[0]:
         return graph.one, zero
     begun = along = change = force = square = growth = sticks = limit = zero
+    rates, drifts = [], []
     for r in surface:
         mode = r.constraint.mode
         assert mode is not None and mode.sign is not None
-        _, rate, _, second, part, limit, _, _ = values[r.multiplier]
+        _, rate, drift, second, part, limit, _, _ = values[r.multiplier]
+        rates.append(rate)
+        drifts.append(drift)
         begun = graph.add(begun, graph.mul(mode.sign, mode.sign))
         along = graph.add(along, graph.mul(mode.sign, rate))
         change = graph.add(change, graph.mul(mode.sign, second))
@@ -133,7 +159,8 @@ def _on_surface(
     left = graph.sub(graph.div(along, size), graph.mul(turn, graph.sub(speed, size)))
     rate = graph.sub(graph.div(change, size), graph.mul(turn, graph.div(growth, speed)))
     margin = graph.sub(limit, graph.sqrt(force))
+    unheld = zero if all(graph.is_zero(n) for n in drifts) else _unheld(graph, rates, drifts)
     return (
-        graph.select(stuck, margin, graph.select(slides, left, zero)),
+        graph.select(stuck, margin, graph.select(slides, left, unheld)),
         graph.select(stuck, zero, graph.select(slides, rate, zero)),
     )

@@ -237,12 +237,12 @@ def _with_z(system: MechanicalSystem, layout: Layout, z: Sequence[Node]) -> Layo
 
 
 def _starts(system: MechanicalSystem, z: Sequence[Node], known: int) -> list[Node]:
-    """Return the initial values after the user's: constraints hold that nothing leaves open, all is enabled, the rest is off."""
+    """Return the initial values after the user's: constraints hold and contacts are enabled that nothing leaves open, the rest is off."""
     graph = system.graph
     on = set()
     for rows in system.constraints:
-        if rows.mode is not None:
-            on |= {rows.mode.flag} if rows.mode.kind == "constraint" and rows.mode.begins else set()
+        if rows.mode is not None and rows.mode.begins:
+            on |= {rows.mode.flag} if rows.mode.kind == "constraint" else set()
             on |= {rows.mode.enabled} if rows.mode.enabled is not None else set()
     return [graph.one if n in on else graph.zero for n in z[known:]]
 

@@ -1,11 +1,15 @@
 /* The start of a run with events: what holds there, then what happens there. */
 #include "begin.h"
 
+#include <string.h>
+
 #include "branches.h"
+#include "contact_modes.h"
 #include "history.h"
 #include "indicators.h"
 #include "instant.h"
 #include "journal.h"
+#include "method.h"
 #include "rows.h"
 #include "schedule.h"
 #include "step.h"
@@ -47,6 +51,45 @@ static void set_switches(mech_solver *s)
     }
 }
 
+/* What presses and sticks at the start, before anything happens. */
+static void choose_modes(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    int struck = 0;
+    memset(e->open, 0, (size_t)e->n_rows * sizeof(mech_real));
+    memset(e->slides, 0, (size_t)e->n_rows * sizeof(mech_real));
+    mech_contact_modes_choose(s, -1, &struck);
+}
+
+/* What is true at the start does not become true there: conditions are read with what presses and sticks from the beginning. What
+ * an impact or an action brings comes after that, and so do failures. */
+static void read_held(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    const mech_model *m = s->model;
+    const mech_report report = s->run->report;
+    const int rests = e->n_rows && !s->method->impulses && !m->hybrid->crowd; /* of a crowd no condition asks that */
+    if (rests) {
+        memcpy(e->y_before, s->y, (size_t)s->ny * sizeof(mech_real));
+        memcpy(e->z_before, e->z, (size_t)m->nz * sizeof(mech_real));
+        choose_modes(s);
+        for (int round = 0; round < 2 && m->hybrid->n_switches; round++) { /* each may ask for the other */
+            set_switches(s);
+            choose_modes(s);
+        }
+    }
+    mech_branches_read(s, e->held);
+    if (!rests) return;
+    memcpy(s->y, e->y_before, (size_t)s->ny * sizeof(mech_real));
+    for (int k = 0; k < m->hybrid->n_switches; k++) { /* these are found */
+        const int place = m->hybrid->switches[k];
+        e->z_before[place] = e->z[place];
+    }
+    memcpy(e->z, e->z_before, (size_t)m->nz * sizeof(mech_real));
+    s->run->report = report;
+    mech_rows_read(s);
+}
+
 int mech_begin_look(mech_solver *s)
 {
     const mech_model *m = s->model;
@@ -66,6 +109,7 @@ int mech_begin_look(mech_solver *s)
     if (status) return status;
     mech_schedule_pass(s);
     set_switches(s);
+    if ((status = mech_branches_begin(s))) return status;
     if (h->crowd && (status = mech_window_begin(s, length, speed))) return status;
     if (e->n_rows) {
         if (h->crowd) {
@@ -86,14 +130,15 @@ int mech_begin_look(mech_solver *s)
     }
     for (int i = 0; h->crowd && i < e->n_rows; i++) set_force(s, i, length, speed);
     for (int i = 0; i < s->events->n_rows; i++)
-        if (s->events->rows[i].kind == MECH_CONTACT && e->row[i * MECH_ROW_VALUES + MECH_GAP] < 0 && !mech_row_touches(s, i)) {
-            s->run->report.failed_value = e->row[i * MECH_ROW_VALUES + MECH_GAP];
+        if (mech_row_of(s, i)->kind == MECH_CONTACT && mech_row_is_enabled(s, i) && mech_row_value(s, i, MECH_GAP) < 0 &&
+            !mech_row_touches(s, i)) {
+            s->run->report.failed_value = mech_row_value(s, i, MECH_GAP);
             return mech_fail(s, MECH_PENETRATION, i);
         }
     if (h->initial >= 0) e->z[h->initial] = 0;
     if (h->n_branches) {
         const int before = mech_schedule_begin_before(s);
-        mech_branches_read(s, e->held);
+        read_held(s);
         if (before) mech_schedule_set(s, 0);
     }
     if (h->initial >= 0) e->z[h->initial] = 1;
@@ -104,9 +149,9 @@ int mech_begin_events(mech_solver *s)
 {
     const int resumed = s->run->begun;
     for (int k = 0; k < s->o.n_tables; k++) s->segments[k] = mech_segment(&s->o.tables[k], s->run->report.t);
+    const long events = s->run->report.n_events;
     int status = resumed ? MECH_RUNNING : mech_begin_look(s);
     if (status) return status;
-    const long events = s->run->report.n_events;
     status = mech_instant_happen(s, -1, !resumed);
     if (status < 0) return status;
     s->run->begun = 1;

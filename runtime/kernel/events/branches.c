@@ -92,6 +92,20 @@ int mech_branches_rise(mech_solver *s)
     return rises;
 }
 
+int mech_branches_begin(mech_solver *s)
+{
+    const mech_hybrid *h = s->model->hybrid;
+    mech_event_state *e = s->events;
+    int any = 0, status = MECH_RUNNING;
+    for (int k = 0; k < h->n_branches; k++) any |= h->branches[k].event < 0;
+    if (!any) return status;
+    e->z[h->initial] = 1;
+    mech_branches_read(s, e->held_new);
+    for (int k = 0; k < h->n_branches && !status; k++)
+        if (h->branches[k].event < 0 && e->held_new[k] > MECH_C(0.5)) status = act(s, k, 1);
+    return status;
+}
+
 int mech_branches_fire(mech_solver *s, int first, int last, int scheduled, int *changed)
 {
     const mech_hybrid *h = s->model->hybrid;
@@ -101,7 +115,7 @@ int mech_branches_fire(mech_solver *s, int first, int last, int scheduled, int *
     mech_branches_read(s, e->held_new);
     for (int k = first; k < last; k++) {
         const int rises = e->held_new[k] > MECH_C(0.5) && !(e->held[k] > MECH_C(0.5));
-        if (!rises || h->branches[k].event == served) continue;
+        if (!rises || h->branches[k].event < 0 || h->branches[k].event == served) continue;
         served = h->branches[k].event;
         const int status = act(s, k, scheduled);
         if (status) {

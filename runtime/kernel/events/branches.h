@@ -6,6 +6,8 @@
 
 /* out[n_branches]: the conditions at present. */
 void mech_branches_read(mech_solver *s, mech_real *out);
+/* Those of events below zero act where their conditions hold: what the start alone decides, before it is looked at. */
+int mech_branches_begin(mech_solver *s);
 /* Fires those of the branches from first to last - 1 whose conditions have risen: the first one of each event. scheduled: the instant was known before, as
    that of a clock. *changed: the number of the last one, from 1. */
 int mech_branches_fire(mech_solver *s, int first, int last, int scheduled, int *changed);

@@ -120,7 +120,7 @@ static int check_engaged_contacts(mech_solver *s)
     const mech_event_state *e = s->events;
     for (int i = 0; i < e->n_rows; i++) {
         const int enabled = mech_row_of(s, i)->enabled;
-        if (enabled < 0 || !(e->z[enabled] > MECH_C(0.5)) || e->z_before[enabled] > MECH_C(0.5)) continue;
+        if (enabled < 0 || !mech_row_is_enabled(s, i) || e->z_before[enabled] > MECH_C(0.5)) continue;
         if (mech_row_value(s, i, MECH_GAP) >= -MECH_C(1e-6) * e->gap_scale[i]) continue;
         s->run->report.failed_value = mech_row_value(s, i, MECH_GAP);
         return mech_fail(s, MECH_PENETRATION, i);

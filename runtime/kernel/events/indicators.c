@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "rows.h"
+#include "surface_friction.h"
 #include "window.h"
 
 /* Where one direction of a friction on a surface holds, by how much it sticks in the share of the load that it bears best. */
@@ -24,6 +25,21 @@ static mech_real margin_across(mech_solver *s, int i, mech_real t, const mech_re
     return margin;
 }
 
+/* Of a friction that neither sticks nor slides, as others hold it: it begins to slide at a speed that modes know from none. While its
+ * contact is open there is nothing to begin. */
+static void widen_unheld(mech_solver *s, mech_real *w)
+{
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        mech_real *own = w + s->model->hybrid->n_switches + i;
+        const int j = mech_row_partner(s, i);
+        if (row->kind != MECH_FRICTION || row->sign < 0 || !(*own < 0) || mech_row_holds(s, i) || s->events->z[row->sign] != 0) continue;
+        if (j >= 0 && (mech_row_holds(s, j) || s->events->z[mech_row_of(s, j)->sign] != 0)) continue;
+        const int open = row->normal >= 0 && !mech_row_holds(s, row->normal);
+        *own = open ? 0 : *own + 100 * mech_max(mech_row_still(s, i), j < 0 ? 0 : mech_surface_friction_none(s, i));
+    }
+}
+
 void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_real *w, mech_real *rate)
 {
     const mech_model *m = s->model;
@@ -38,6 +54,7 @@ void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_
         w[h->n_switches + i] = s->events->force[i];
         if (rate) rate[h->n_switches + i] = 0;
     }
+    if (!h->crowd) widen_unheld(s, w);
     for (int k = 0; k < h->n_switches; k++)
         if (z[h->switches[k]] > MECH_C(0.5)) {
             w[k] = -w[k];

@@ -68,10 +68,16 @@ mech_real mech_row_rest(const mech_solver *s, int i)
     return s->model->hybrid->crowd ? mech_max(s->o.rtol, MECH_C(1e-9)) * e->counters[MECH_FASTEST] : MECH_C(1e-9) * e->speed[i];
 }
 
+int mech_row_is_enabled(const mech_solver *s, int i)
+{
+    const int enabled = mech_row_of(s, i)->enabled;
+    return enabled < 0 || s->events->z[enabled] > MECH_C(0.5);
+}
+
 int mech_row_touches(const mech_solver *s, int i)
 {
     const mech_row *row = mech_row_of(s, i);
-    if (row->kind != MECH_CONTACT || (row->enabled >= 0 && !(s->events->z[row->enabled] > MECH_C(0.5)))) return 0;
+    if (row->kind != MECH_CONTACT || !mech_row_is_enabled(s, i)) return 0;
     const int closed = s->events->z[row->flag] > MECH_C(0.5);
     const mech_real gap = mech_row_value(s, i, MECH_GAP), near = (closed ? 1000 : 1) * MECH_C(1e-9) * s->events->gap_scale[i];
     return gap <= near && (gap >= -near || s->model->hybrid->crowd != NULL);

@@ -33,6 +33,8 @@ static inline mech_real mech_row_response(const mech_solver *s, int i, int j)
 int mech_row_partner(const mech_solver *s, int i);
 /* The size of a value of a friction, over both rows on a surface. */
 mech_real mech_row_size(const mech_solver *s, int i, int which);
+/* Whether a contact is one that nothing has released. */
+int mech_row_is_enabled(const mech_solver *s, int i);
 /* Whether a contact is closed, as far as numbers tell. Of a crowd one that closed while a step was shortened to another's event
  * may be beyond its surface by what the polynomial of the step was off. */
 int mech_row_touches(const mech_solver *s, int i);

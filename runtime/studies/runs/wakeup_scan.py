@@ -30,6 +30,11 @@ UNSEEN = 1e-9
 """Change of a derivative that counts as none, as a share of what would reach the size of its state within the run."""
 
 
+UNCOUNTED, LEAST_SHARE, ROUNDING = 0.25, 1e-6, 1e-15
+"""What an account of energy lacks between two rows is more than the first share of what its rates there come to, and in all more than the
+second share of what it reaches, and than rounding of its nominal value."""
+
+
 class UnseenStart(NamedTuple):
     """``time`` at which something acts on what the run left as it was, and the longest ``step`` that shows it."""
 
@@ -81,18 +86,38 @@ def _still(main: Trajectory, own: list[int], least: Array) -> NDArray[np.intp] |
     return np.concatenate(found) if found else None
 
 
-def _moved(
-    case: Case, t: Array, lengths: Array, y: Array, here: Array, z: Array | None, limits: Array, each: int
-) -> NDArray[np.bool_]:
-    """Tell [n * each] where, along straight lines from t [n] and y [n, ny], rates differ from those ``here`` by more than allowed."""
+@once
+def _accounts(problem: Problem) -> list[int]:
+    return [i for i, q in enumerate(problem.states) if q.kind == "account"]
+
+
+def _rates(
+    case: Case, t: Array, lengths: Array, y: Array, here: Array, z: Array | None, each: int
+) -> tuple[Array, Array]:
+    """Give rates along straight lines from t [n] and y [n, ny], and how these differ from those ``here``, each [n * each, ny]."""
     ahead = np.outer(lengths, (np.arange(each) + 0.5) / each)
     times = (t[:, None] + ahead).ravel()
     begun = np.repeat(here, each, axis=0)
     states = np.repeat(y, each, axis=0) + ahead.reshape(-1, 1) * begun
     held = None if z is None else np.repeat(z, each, axis=0)
-    found: NDArray[np.bool_] = np.any(
-        np.abs(evaluate_rows(case, "rhs", times, states, held) - begun) > limits, axis=1
-    )
+    rates = evaluate_rows(case, "rhs", times, states, held)
+    return rates, np.abs(rates - begun)
+
+
+def _uncounted(rates: Array, changes: Array, lengths: Array, size: float, least: float) -> NDArray[np.bool_]:
+    """Tell [n, each] where the ``rates`` [n, each] of an account show what its ``changes`` [n] lack, which the run has passed over."""
+    with np.errstate(invalid="ignore"):
+        lacks = np.abs(rates.mean(axis=1) * lengths - changes)
+        comes_to = np.abs(rates).mean(axis=1) * lengths
+        lacking = lacks > UNCOUNTED * comes_to
+        most = max(LEAST_SHARE * max(size, float(np.nansum(comes_to))), ROUNDING * least)
+        if not lacks[lacking].sum() > most:
+            return np.zeros(rates.shape, dtype=bool)
+        lacking &= lacks > most / lacks.size
+        beside = np.abs(rates - (changes / lengths)[:, None])
+        found: NDArray[np.bool_] = lacking[:, None] & (
+            beside > UNCOUNTED * np.abs(rates).max(axis=1)[:, None]
+        )
     return found
 
 
@@ -115,7 +140,8 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> UnseenStart |
     if not rows.size:
         return None
     sizes = np.maximum(least, [_largest(main, i) for i in range(problem.ny)])
-    modes = None if main.happened is None else main.happened.discretes(main.t, problem.ny)[rows]
+    all_modes = None if main.happened is None else main.happened.discretes(main.t, problem.ny)
+    modes = None if all_modes is None else all_modes[rows]
     here = evaluate_rows(case, "rhs", main.t[rows], main.y[rows], modes)
     then = evaluate_rows(case, "rhs", main.t[rows + 1], main.y[rows + 1], modes)
     with np.errstate(over="ignore"):  # in a moment nothing moves
@@ -129,7 +155,18 @@ def begins_unseen(case: Case, main: Trajectory, nominal: Array) -> UnseenStart |
     lengths = main.t[rows + 1] - main.t[rows]
     limits = np.full(problem.ny, np.inf)
     limits[own] = slow
-    moved = _moved(case, main.t[rows], lengths, main.y[rows], here, modes, limits, each)
+    rates, beside = _rates(case, main.t[rows], lengths, main.y[rows], here, modes, each)
+    moved = np.any(beside > limits, axis=1)
+    follows = (  # one law from row to row
+        np.ones(rows.size, dtype=bool)
+        if all_modes is None
+        else np.all(all_modes[rows] == all_modes[rows + 1], axis=1)
+    )
+    for i in _accounts(problem):
+        changes = main.y[rows + 1, i] - main.y[rows, i]
+        seen = rates[:, i].reshape(rows.size, each)
+        lacks = _uncounted(seen, changes, lengths, float(sizes[i]), float(least[i]))
+        moved |= (lacks & follows[:, None]).ravel()
     if not np.any(moved):
         return None
     times = (main.t[rows, None] + np.outer(lengths, (np.arange(each) + 0.5) / each)).ravel()
