@@ -313,7 +313,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         return {
             "size": scene.size,
             "flat": self.model.compilation.flat.space != 3,
-            "up": _up(self.model),
+            "up": _up(self.model, scene.size),
             "unit": "" if self.model.compilation.flat.dimensionless else "m",
             "left": self.left_out(scene),
             "nScene": scene.n_still + scene.n_moving,
@@ -411,10 +411,9 @@ def _mesh(path: str) -> dict[str, Any]:
     }
 
 
-def _up(model: CompiledModel) -> list[float]:
-    """Return the axis against which things fall: z in space, y in the plane, where no field says it."""
+def _up(model: CompiledModel, size: int) -> list[float]:
+    """Return the axis against which things fall: z of a picture in space, y of one in the plane, where no field says it."""
     system = model.compilation.system
-    size = 3 if system.model.space == 3 else 2
     graph = system.graph
     for mass in system.masses:
         if mass.field is not None and all(graph.is_constant(n) for n in mass.field):

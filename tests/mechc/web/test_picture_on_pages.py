@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -14,6 +15,7 @@ from mechc.web.page import page
 
 pytestmark = needs_browser
 
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 PHONE = {"width": 390, "height": 844}
 
 
@@ -220,7 +222,7 @@ def test_marks_of_events_are_no_comb(browser: Any, tmp_path: Path) -> None:
 def test_equations_fit_a_phone_and_can_be_closed(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "page.html"
     path.write_text(
-        page(mechc.load(Path(__file__).resolve().parents[3] / "examples" / "double_pendulum.mech"))
+        page(mechc.load(EXAMPLES / "double_pendulum.mech"))
     )
     tab = Opened(browser, path, viewport=PHONE)
     tab.ask("document.getElementById('equations').click()")
@@ -272,6 +274,21 @@ def test_trails_in_space_follow_the_theme(browser: Any, tmp_path: Path) -> None:
     assert tab.ask(count, light) > 30 and tab.ask(count, dark) < 5
     tab.ask("document.getElementById('theme').click()")
     assert tab.ask(count, dark) > 30 and tab.ask(count, light) < 5
+
+
+def test_a_top_stands_on_its_tip_and_precesses_about_the_vertical(browser: Any, tmp_path: Path) -> None:
+    """A picture in space of a model in its own coordinates has z up: 0.5 rad off it, the top is above its tip, at l cos(theta)."""
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.load(EXAMPLES / "heavy_symmetric_top.mech")))
+    tab = Opened(browser, path)
+    theta = tab.columns()["theta"]
+    tip = tab.ask("page.project([0, 0, 0]).y")
+    for time in (0, 2.5, 5, 10):
+        tab.ask(f"page.go({time})")
+        x, y, z = tab.ask("Array.from(page.values(0).slice(0, 3))")
+        assert min(theta) - 1e-6 <= math.acos(z / math.hypot(x, y, z)) <= max(theta) + 1e-6
+        assert tip - tab.ask("p => page.project(p).y", [x, y, z]) > 50
+    assert tab.said == []
 
 
 FLOORS = {
