@@ -478,7 +478,7 @@ async function start(info, parts) {
   $('equations').hidden = !parts.equations;
   $('equations').onclick = async () => {
     const box = $('formulas');
-    box.innerHTML ||= '<button class="close" aria-label="close">✕</button>' + await unpackText(parts.equations);
+    box.innerHTML ||= '<p class="top"><button class="close" aria-label="close">✕</button></p>' + await unpackText(parts.equations);
     box.onclick = e => { if (e.target === box || e.target.className === 'close') box.close(); };
     box.showModal();
   };

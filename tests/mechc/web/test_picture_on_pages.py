@@ -237,6 +237,25 @@ def test_equations_fit_a_phone_and_can_be_closed(browser: Any, tmp_path: Path) -
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("example", ["stick_slip_belt", "double_pendulum"])
+@pytest.mark.parametrize("screen", [PHONE, {"width": 1440, "height": 900}], ids=["phone", "desk"])
+def test_equations_are_seen_whole(example: str, screen: Any, browser: Any, tmp_path: Path) -> None:
+    """Formulas lie inside their rows, which do not scroll up or down, and the button that closes them lies over none of them."""
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.load(EXAMPLES / f"{example}.mech")))
+    tab = Opened(browser, path, viewport=screen)
+    tab.ask("document.getElementById('equations').click()")
+    tab.wait("document.querySelectorAll('dialog math').length > 5")
+    cut, covered = tab.ask("""(() => {
+      const box = e => e.getBoundingClientRect(), close = box(document.querySelector('.close')), rows = [...document.querySelectorAll('dialog .row')];
+      return [rows.flatMap(r => [...r.querySelectorAll('math *')].filter(m => box(m).top < box(r).top - 0.5 || box(m).bottom > box(r).bottom + 0.5)).length
+          + rows.filter(r => r.scrollHeight > r.clientHeight).length,
+        [...document.querySelectorAll('dialog math')].filter(m => box(m).right > close.left && box(m).top < close.bottom && box(m).bottom > close.top).length];
+    })()""")
+    assert (cut, covered) == (0, 0)
+
+
+@pytest.mark.slow
 def test_a_phone_held_wide_shows_the_scene_and_its_curves(browser: Any, tmp_path: Path) -> None:
     tab = opened(browser, tmp_path, CAR.format(side=10), viewport={"width": 844, "height": 390})
     scene, plot, bar = tab.ask(
