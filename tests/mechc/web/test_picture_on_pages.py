@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import io
 import math
+import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browsers import Opened, needs_browser, running_browser
+from PIL import Image
 
 import mechc
 from mechc.web.page import page
@@ -207,7 +211,7 @@ experiment(stop = 5 s);
 def test_marks_of_events_are_no_comb(browser: Any, tmp_path: Path) -> None:
     """Pixels in the colour of events just above the axis of time."""
     count = """() => {
-      const canvas = document.getElementById('plot'), c = canvas.getContext('2d'), {data} = c.getImageData(60, canvas.height - 36, canvas.width - 70, 1);
+      const canvas = document.getElementById('plot'), c = canvas.getContext('2d'), {data} = c.getImageData(60, canvas.height - 40, canvas.width - 70, 1);
       let n = 0;
       for (let k = 0; k < data.length; k += 4) if (data[k] > 190 && data[k] - data[k + 2] > 60) n++;
       return n;
@@ -216,14 +220,110 @@ def test_marks_of_events_are_no_comb(browser: Any, tmp_path: Path) -> None:
     assert few.ask(count) >= 9
     many = opened(browser, tmp_path, SAMPLED.format(every="10 ms"), viewport={"width": 1440, "height": 900})
     assert many.ask(count) == 0
+    whens = "".join(
+        f"when x > {at + 1e-5 * k:.5f} m then n := n + 1; end when;" for at in (1, 3) for k in range(100)
+    )
+    clustered = opened(browser, tmp_path, CLOSE + whens, viewport={"width": 1440, "height": 900})
+    assert clustered.ask("page.run.events.length") > 150
+    assert 2 <= clustered.ask(count) <= 12  # 200 events at two places
+
+
+CLOSE = """
+coordinate x = 0 m; initial der(x) = 1 m/s; discrete Integer n = 0;
+kinetic 1/2*1 kg*der(x)^2;
+experiment(stop = 5 s);
+"""
+TEXTS = """(() => {
+  const found = {plot: [], phase: []}, draw = CanvasRenderingContext2D.prototype.fillText;
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+    const wide = this.measureText(text).width, share = {left: 0, center: 0.5, right: 1}[this.textAlign];
+    found[this.canvas.id]?.push({text, left: x - share * wide, right: x + (1 - share) * wide, y, colour: this.fillStyle});
+    draw.call(this, text, x, y);
+  };
+  document.getElementById('theme').click();
+  CanvasRenderingContext2D.prototype.fillText = draw;
+  return found;
+})()"""
+"""All that is written on the canvases."""
+
+
+def numbers_left_of(texts: list[Any], edge: float) -> list[Any]:
+    return [t for t in texts if re.fullmatch(r"[−0-9.e]+", t["text"]) and t["right"] < edge]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("screen", [PHONE, {"width": 1440, "height": 900}], ids=["phone", "desk"])
+def test_each_panel_has_two_numbers_with_a_minus_that_is_read(
+    screen: Any, browser: Any, tmp_path: Path
+) -> None:
+    """Three ranges around zero in panels of least height, where steps of 5 would meet one number alone."""
+    text = """coordinate Angle a = 0 rad; coordinate Length b = 0 m; coordinate Time c = 0 s;
+    initial der(a) = {w} rad/s; initial der(b) = {w} m/s; initial der(c) = {w};
+    kinetic 1/2*(1 kg.m^2*der(a)^2 + 1 kg*der(b)^2 + 1 J*der(c)^2);
+    potential 1/2*(1 N.m*a^2 + 1 N/m*b^2 + 1 J/s^2*c^2);
+    experiment(stop = 10 s);"""
+    tab = opened(browser, tmp_path, text.format(w=4), viewport=screen)
+    assert tab.ask("page.panels().length") == 3
+    texts = tab.ask(TEXTS)
+    beside = numbers_left_of(texts["plot"], 58)
+    high = tab.ask("document.getElementById('plot').clientHeight") - 34
+    for k in range(3):
+        inside = [t for t in beside if high * k / 3 < t["y"] < high * (k + 1) / 3]
+        assert len(inside) >= 2
+        assert all(b["y"] - a["y"] > 11 for a, b in pairwise(sorted(inside, key=lambda t: t["y"])))
+    assert not [t for t in texts["plot"] + texts["phase"] if re.match("-[0-9]", t["text"])]
+
+
+@pytest.mark.slow
+def test_what_is_constant_but_for_rounding_is_drawn_so(browser: Any, tmp_path: Path) -> None:
+    """1e-9 of a velocity does not fill the panel, and numbers beside it differ."""
+    text = """coordinate x = 0 m; initial der(x) = 0.7267 m/s; kinetic 1/2*1 kg*der(x)^2;
+    force 1e-9 N*sin(20 rad/s*time) on x; experiment(stop = 5 s);"""
+    tab = opened(browser, tmp_path, text)
+    beside = [t for t in numbers_left_of(tab.ask(TEXTS)["phase"], 110) if t["text"].startswith("0.7")]
+    assert len({t["text"] for t in beside}) == len(beside) >= 2
+    assert all(t["left"] >= 0 for t in beside)
+    values = [float(t["text"]) for t in beside]
+    assert 1e-7 < max(values) - min(values) < 1e-5
+
+
+@pytest.mark.slow
+def test_the_cursor_strikes_no_name_and_texts_stay_in_their_plot(browser: Any, tmp_path: Path) -> None:
+    tab = opened(browser, tmp_path, MIXED + SAMPLED_TOO, viewport={"width": 1440, "height": 900})
+    wide = tab.ask("document.getElementById('plot').clientWidth")
+    texts = tab.ask(TEXTS)["plot"]
+    assert any("events" in t["text"] for t in texts)
+    assert all(t["right"] <= wide - 1 for t in texts)
+    assert all(t["right"] <= wide - 12 for t in texts if "events" in t["text"])
+    at = wide / 2
+    second = [t["y"] for t in texts if t["text"] in ("large / m", "phi / rad")]
+    assert len(second) == 2
+    tab.ask("page.go(2.5)")
+    box = tab.tab.query_selector("#plot").bounding_box()
+    left = tab.ask("document.querySelector('.marker').getBoundingClientRect().left")
+    assert abs(left - box["x"] - at) < 40
+    for y in second:
+        name = {"x": left - 1, "y": box["y"] + y, "width": 3, "height": 12}
+        curve = {"x": left - 1, "y": box["y"] + y + 22, "width": 3, "height": 12}
+        assert len(tones(tab, name)) == 1 < len(tones(tab, curve))
+
+
+SAMPLED_TOO = """
+discrete Integer n = 0;
+when sample(0.5 s) then n := n + 1; end when;
+"""
+
+
+def tones(tab: Opened, clip: dict[str, float]) -> set[bytes]:
+    """Return the colours in a part of the screen."""
+    seen = Image.open(io.BytesIO(tab.tab.screenshot(clip=clip))).convert("RGB").tobytes()
+    return {seen[k : k + 3] for k in range(0, len(seen), 3)}
 
 
 @pytest.mark.slow
 def test_equations_fit_a_phone_and_can_be_closed(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "page.html"
-    path.write_text(
-        page(mechc.load(EXAMPLES / "double_pendulum.mech"))
-    )
+    path.write_text(page(mechc.load(EXAMPLES / "double_pendulum.mech")))
     tab = Opened(browser, path, viewport=PHONE)
     tab.ask("document.getElementById('equations').click()")
     tab.wait("document.querySelectorAll('dialog math').length > 5")
