@@ -132,6 +132,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         return {
             "name": self.model.name,
             "rows": ROWS,
+            "second": problem.time.unit,
             "begin": span.begin,
             "start": span.start,
             "stop": span.stop,
@@ -160,7 +161,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         return {
             **self.of_run(),
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
-            "second": problem.time.unit,
+            "hybrid": problem.hybrid is not None,
             "joule": next((self.shown(q) for q in problem.outputs if q.name == "energy.total"), ("", 1.0)),
             "balance": [*(problem.energy_balance or (-1, -1, -1))],
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],

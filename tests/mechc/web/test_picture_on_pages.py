@@ -111,6 +111,22 @@ def test_what_travels_far_is_followed_and_leaves_a_trace(browser: Any, tmp_path:
     assert not across.ask("page.follows()")
 
 
+@pytest.mark.slow
+def test_what_was_followed_stays_so_and_as_near(browser: Any, tmp_path: Path) -> None:
+    """A slider that leads it aside, too, neither ends that nor changes the scale."""
+    tab = opened(browser, tmp_path, CAR.format(side=0.4))
+    wide = tab.ask("document.getElementById('scene').clientWidth")
+    before = tab.ask("page.project([0, 0, 0]).scale")
+    tab.ask("page.sliders.find(s => s.name === 'der(y)').set(20, false)")
+    tab.wait("page.idle()")
+    assert tab.ask("page.follows()") and not tab.ask("document.getElementById('follow').parentNode.hidden")
+    for share in (0, 0.5, 1):
+        tab.ask(f"page.go({8 * share})")
+        at = tab.ask("page.project(Array.from(page.values(0).slice(0, 3)))")
+        assert at["x"] == pytest.approx(wide / 2, abs=1)
+        assert at["scale"] == pytest.approx(before, rel=0.01)
+
+
 TURNED = """
 coordinate Angle phi = 0 rad;
 initial der(phi) = {w} rad/s;
@@ -363,6 +379,10 @@ def test_a_phone_held_wide_shows_the_scene_and_its_curves(browser: Any, tmp_path
     )
     assert scene["height"] > 230 and plot["height"] > 230
     assert max(scene["bottom"], plot["bottom"], bar["bottom"]) <= 390
+    for cell in tab.ask(
+        "[...document.querySelectorAll('dl, dd')].map(e => [e.scrollWidth - e.clientWidth, e.getBoundingClientRect().right])"
+    ):
+        assert cell[0] <= 0 and cell[1] <= 844
 
 
 SPACE = """

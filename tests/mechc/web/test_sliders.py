@@ -171,7 +171,9 @@ def test_slider_and_curves_have_one_scale_of_time(browser: Any, tmp_path: Path) 
     share = page_.ask("(e => (e.value - e.min)/(e.max - e.min))(document.getElementById('time'))")
     assert share == pytest.approx(0.5, abs=1e-6)
     assert (mark[0] - box[0] - 58) / (box[1] - 58 - 12) == pytest.approx(share, abs=0.02)
-    assert page_.ask("document.getElementById('events').textContent") == "1 of ‘when’"
+    assert page_.ask("document.getElementById('events').textContent") == "1 switching"
+    assert page_.ask("document.getElementById('note').textContent").endswith("ended by the model at 0.25 s")
+    assert page_.ask("document.getElementById('energy').textContent") == "0 J, 0 of the largest energy"
 
 
 @needs_browser
@@ -225,6 +227,18 @@ def test_the_header_does_not_grow_when_the_error_arrives(browser: Any, tmp_path:
         page_.ask("document.getElementById('error').textContent = '…'")
         assert page_.ask("document.querySelector('header').offsetHeight") == after, width
         page_.tab.close()
+
+
+@needs_browser
+def test_the_header_keeps_its_lines_whatever_is_counted(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.loads(ENDED)))
+    page_ = Opened(browser, path, viewport={"width": 1440, "height": 900})
+    before = page_.ask("document.querySelector('header').offsetHeight")
+    page_.ask(
+        "document.getElementById('events').textContent = '870: 1 switching, 855 impacts, 7 rests, 7 lift-offs'"
+    )
+    assert page_.ask("document.querySelector('header').offsetHeight") == before
 
 
 @needs_browser
