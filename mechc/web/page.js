@@ -11,6 +11,7 @@ const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a
 
 const HURRY = 15;  // milliseconds in which a motion is integrated while something is dragged
 const LATE = 500, MOST = 20000;  // milliseconds after which a run gives way to newer settings, and after which it is given up
+const MANY = 20;  // sliders of one kind, of which those of components can be folded away
 const GAUGES = ['bead', 'dial'];
 const AFAR = 8;  // what goes this many times its own length along one axis, and the breadth of its way, is followed
 const FLAT = 8;  // what extends over less than this part of a scale has one of its own
@@ -196,7 +197,7 @@ async function start(info, parts) {
   }
   function slider(q, group, index, box) {
     const s = {name: q.name, group, index, default: q.value, value: q.value, factor: q.factor};
-    const row = box.appendChild(document.createElement('label')), out = document.createElement('output'), head = document.createElement('span');
+    const row = box.insertBefore(document.createElement('label'), box.querySelector('details')), out = document.createElement('output'), head = document.createElement('span');
     head.textContent = q.name; head.title = q.doc || q.name;
     const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
     const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
@@ -416,11 +417,20 @@ async function start(info, parts) {
   function step(by) { playing(false); const {run} = state; if (!run) return; const i = Math.min(run.n - 1, Math.max(0, Math.round((state.time - run.t[0]) / (run.t[1] - run.t[0])) + by)); go(run.t[i]); remember(); }
 
   // ------------------------------------------------------------ controls
-  const live = !parts.rows;
+  const live = !parts.rows, narrow = matchMedia('(max-width: 760px)').matches;
   let stands = false;
   for (const [id, list, group] of [['parameters', info.parameters, 'parameters'], ['starts', info.starts, 'states'], ['inputs', info.inputs, 'inputs']]) {
     $(id).hidden = !list.length || !live;
-    if (live) for (const q of list) slider(q, group, q.index, $(id));
+    const parts = new Map([['', $(id)]]);
+    if (live) for (const q of list) {
+      const part = list.length > MANY ? q.name.replace(/^der\(/, '').replace(/\.?[^.]*$/, '') : '';
+      if (!parts.has(part)) {
+        const fold = $(id).appendChild(document.createElement('details'));
+        fold.innerHTML = '<summary></summary>'; fold.firstChild.textContent = part; fold.open = !narrow;
+        parts.set(part, fold);
+      }
+      slider(q, group, q.index, parts.get(part));
+    }
   }
   if (live) info.turned.forEach(unseen);
   if (!live) $('how').textContent = info.recorded;

@@ -241,6 +241,37 @@ def test_the_header_keeps_its_lines_whatever_is_counted(browser: Any, tmp_path: 
     assert page_.ask("document.querySelector('header').offsetHeight") == before
 
 
+MANY = f"""
+import mech.planar.*;
+{"".join(f"Bar b{k}(m = 1 kg, l = 1 m); Revolute h{k}(world -> b{k}.a, angle = 10 deg);" for k in range(1, 13))}
+parameter Torque load = 2 N.m;
+torque load on h1.angle;
+experiment(stop = 0.1 s);
+"""
+
+
+@needs_browser
+@pytest.mark.parametrize(("width", "open_"), [(390, False), (1280, True)])
+def test_many_sliders_can_be_folded_by_components(
+    width: int, open_: bool, browser: Any, tmp_path: Path
+) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.loads(MANY)))
+    page_ = Opened(browser, path, viewport={"width": width, "height": 800})
+    folds = page_.ask(
+        "[...document.querySelectorAll('#parameters details')].map(d => [d.firstChild.textContent, d.open, d.querySelectorAll('input[type=range]').length])"
+    )
+    assert [name for name, _, _ in folds] == [f"b{k}" for k in range(1, 13)]
+    assert all(is_open == open_ and n == 2 for _, is_open, n in folds)
+    assert page_.ask("document.getElementById('s-load').closest('details')") is None
+    assert page_.ask("document.querySelector('#parameters > :nth-child(2)').textContent").startswith("load")
+    colour = "getComputedStyle(document.querySelectorAll('#parameters summary')[2]).color"
+    before = page_.ask(colour)
+    page_.set("b3.m", 2)
+    assert page_.ask(colour) != before  # something in there is not as in the text
+    assert page_.said == []
+
+
 @needs_browser
 def test_fingers_find_all_controls(browser: Any, tmp_path: Path) -> None:
     page_ = opened(browser, tmp_path, mechc.loads(ENDED), viewport={"width": 390, "height": 844})
