@@ -132,6 +132,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         return {
             "name": self.model.name,
             "rows": ROWS,
+            "second": problem.time.unit,
             "begin": span.begin,
             "start": span.start,
             "stop": span.stop,
@@ -160,7 +161,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         return {
             **self.of_run(),
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
-            "second": problem.time.unit,
+            "hybrid": problem.hybrid is not None,
             "joule": next((self.shown(q) for q in problem.outputs if q.name == "energy.total"), ("", 1.0)),
             "balance": [*(problem.energy_balance or (-1, -1, -1))],
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
@@ -313,7 +314,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         return {
             "size": scene.size,
             "flat": self.model.compilation.flat.space != 3,
-            "up": _up(self.model),
+            "up": _up(self.model, scene.size),
             "unit": "" if self.model.compilation.flat.dimensionless else "m",
             "left": self.left_out(scene),
             "nScene": scene.n_still + scene.n_moving,
@@ -411,10 +412,9 @@ def _mesh(path: str) -> dict[str, Any]:
     }
 
 
-def _up(model: CompiledModel) -> list[float]:
-    """Return the axis against which things fall: z in space, y in the plane, where no field says it."""
+def _up(model: CompiledModel, size: int) -> list[float]:
+    """Return the axis against which things fall: z of a picture in space, y of one in the plane, where no field says it."""
     system = model.compilation.system
-    size = 3 if system.model.space == 3 else 2
     graph = system.graph
     for mass in system.masses:
         if mass.field is not None and all(graph.is_constant(n) for n in mass.field):

@@ -3,14 +3,15 @@ const number = v => { const r = +v.toPrecision(4), size = Math.abs(r); return !N
 /** Numbers and units as they are read, not typed: a minus that is no hyphen, kg·m² for kg.m^2. */
 const read = text => text.replace(/-/g, '−');
 const said = v => read(number(v));
-const small = v => read(v.toExponential(1));
+const small = v => v ? read(v.toExponential(1)) : '0';
 const unitText = unit => unit.replace(/\./g, '·').replace(/\^(-?\d+)/g, (all, n) => [...n].map(c => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]).join(''));
 
-const EVENT_KINDS = ['of ‘when’', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engagement'];
+const EVENT_KINDS = ['switching', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engagement'];
 const INK = {light: ['#3572b0', '#c8553d', '#3f8f5f', '#8a6fb0', '#b08430', '#3a8f96', '#5a6068'], dark: ['#6ea8de', '#ef8a70', '#76c294', '#b79be0', '#e0b75a', '#6cc8cf', '#a9b3be']};
 
 const HURRY = 15;  // milliseconds in which a motion is integrated while something is dragged
 const LATE = 500, MOST = 20000;  // milliseconds after which a run gives way to newer settings, and after which it is given up
+const MANY = 20;  // sliders of one kind, of which those of components can be folded away
 const GAUGES = ['bead', 'dial'];
 const AFAR = 8;  // what goes this many times its own length along one axis, and the breadth of its way, is followed
 const FLAT = 8;  // what extends over less than this part of a scale has one of its own
@@ -97,17 +98,21 @@ function motion(run, plan) {
   const tracks = onScales(ranges);
   const heaviest = Math.max(0, ...plan.shapes.filter(s => s.kind === 'mass').map(s => Math.abs(scene[s.numbers[3]])));
   const moves = list => list.some(k => { for (let i = 1; i < n; i++) if (scene[i * m + k] !== scene[k]) return true; return false; });
-  /** What follows a motion that leads far along one axis, or null: the box around its place at any time. */
-  function following() {
+  /** What follows a motion that leads far along one axis, or null: the box around its place at any time. What was followed stays so,
+   * and as near: `kept` is the room that it had along each axis. */
+  function following(kept) {
     const whole = box(), spans = whole.high.map((v, k) => v - whole.low[k]), k = spans.indexOf(Math.max(...spans)), wide = Math.max(...spans.filter((_, j) => j !== k));
-    if (!(spans[k] > AFAR * wide)) return null;
+    if (!kept && !(spans[k] > AFAR * wide)) return null;
     const movers = plan.shapes.filter(s => s.kind !== 'trail' && moves(s.numbers));
     const long = Math.max(wide / 2, ...spread.filter((_, j) => j % 10 === 0).map(i => { const b = box([i], movers); return b.high[k] - b.low[k]; }));
-    if (!(spans[k] > AFAR * long)) return null;
-    return {movers, box() {
-      const {i, s} = at, [a, b] = [i, Math.min(i + 1, n - 1)].map(i => { const b = box([i], movers); return (b.low[k] + b.high[k]) / 2; });
-      const low = [...whole.low], high = [...whole.high], middle = a + s * (b - a);
-      low[k] = middle - AFAR / 2 * long; high[k] = middle + AFAR / 2 * long;
+    if (!kept && !(spans[k] > AFAR * long)) return null;
+    const room = kept ?? spans.map((v, j) => j === k ? AFAR * long : v);
+    return {room, movers, box() {
+      const {i, s} = at, [a, b] = [i, Math.min(i + 1, n - 1)].map(i => box([i], movers)), low = [...whole.low], high = [...whole.high];
+      for (let j = 0; j < 3; j++) if (j === k || spans[j] > room[j]) {
+        const middle = (a.low[j] + a.high[j] + s * (b.low[j] + b.high[j] - a.low[j] - a.high[j])) / 2;
+        low[j] = middle - room[j] / 2; high[j] = middle + room[j] / 2;
+      }
       return {low, high, size: Math.hypot(...low.map((v, j) => high[j] - v)), floor: whole.floor};
     }};
   }
@@ -167,6 +172,7 @@ async function start(info, parts) {
   const ink = () => INK[document.documentElement.dataset.theme || (dark.matches ? 'dark' : 'light')];
   const paint = () => { const names = [...new Set(plan.shapes.map(s => s.name))]; for (const s of plan.shapes) s.own = s.kind === 'trail' ? ink()[1] : ink()[(names.indexOf(s.name) + (s.relative ? 6 : 0)) % 7]; };
   paint();
+  document.body.classList.toggle('hybrid', info.hybrid);
   const columns = [...info.states.map((q, k) => ({...q, of: 'y', k})), ...info.outputs.map((q, k) => ({...q, of: 'out', k}))].filter((q, k, all) => all.findIndex(c => c.name === q.name) === k);
   for (const s of plan.shapes) if (GAUGES.includes(s.kind)) { const q = columns.find(c => c.name === s.text); s.factor = q?.factor || 1; s.unit = q?.shown || ''; s.quantity = q?.unit ?? ''; }
   $('scene').setAttribute('aria-label', `${info.name}: moving picture. The curves show the same motion.`);
@@ -191,7 +197,7 @@ async function start(info, parts) {
   }
   function slider(q, group, index, box) {
     const s = {name: q.name, group, index, default: q.value, value: q.value, factor: q.factor};
-    const row = box.appendChild(document.createElement('label')), out = document.createElement('output'), head = document.createElement('span');
+    const row = box.insertBefore(document.createElement('label'), box.querySelector('details')), out = document.createElement('output'), head = document.createElement('span');
     head.textContent = q.name; head.title = q.doc || q.name;
     const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
     const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
@@ -329,19 +335,19 @@ async function start(info, parts) {
     Object.assign($('time'), {min: run.start, max: Math.max(whole.end, run.all.t.at(-1))});  // as that of the curves
     moving = motion(run, plan);
     if (scene && !hand?.holds() && run.share === 1) {
-      follows = moving.following();
+      follows = moving.following(follows?.room);
       $('follow').parentNode.hidden = !follows;
       if (follows && !plan.shapes.some(s => s.kind === 'trail')) {  // the way of what moves is seen, too
         const bodies = follows.movers.filter(s => !['line', 'spring', 'arrow', 'text'].includes(s.kind)).slice(0, 3);
         plan.shapes.push(...bodies.map(s => ({kind: 'trail', name: s.name, numbers: s.numbers.slice(0, 3)})));
-        paint(); moving = motion(run, plan); follows = moving.following();
+        paint(); moving = motion(run, plan); follows = moving.following(follows.room);
       }
       scene.fit(moving.box());
     }
     if (!$('speed').length) offer(paceOf(run, plan));
-    note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${number(run.reached)}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${number(run.cut)}`}`);
+    note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${said(run.reached)} ${info.second}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${said(run.cut)} ${info.second}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
-    $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])} ${unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest`}` : 'none is known';
+    $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])} ${unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest energy`}` : 'none is known';
     state.energy = balance;
     if (run.error !== undefined) tellError(run.error); else { state.error = null; $('error').textContent = '…'; draw(); }
     go(Math.min(Math.max(state.time, run.t[0]), run.t[run.n - 1]));
@@ -374,7 +380,7 @@ async function start(info, parts) {
     const a = column($('across').value), b = column($('up').value);
     phase.set(series(a), series(b), named(a), named(b), Math.min(trustedRows(a), trustedRows(b)));
     const counts = EVENT_KINDS.map((name, kind) => [run.events.filter(e => e.kind === kind).length, name]).filter(([n]) => n);
-    $('events').textContent = `${counts.length > 1 ? `${run.events.length}: ` : ''}${counts.map(([n, name]) => `${n} ${name}${n > 1 && name !== EVENT_KINDS[0] ? 's' : ''}`).join(', ') || 'none'}`;
+    $('events').textContent = `${counts.length > 1 ? `${run.events.length}: ` : ''}${counts.map(([n, name]) => `${n} ${name}${n > 1 ? 's' : ''}`).join(', ') || 'none'}`;
   }
 
   // ------------------------------------------------------------ time
@@ -411,11 +417,20 @@ async function start(info, parts) {
   function step(by) { playing(false); const {run} = state; if (!run) return; const i = Math.min(run.n - 1, Math.max(0, Math.round((state.time - run.t[0]) / (run.t[1] - run.t[0])) + by)); go(run.t[i]); remember(); }
 
   // ------------------------------------------------------------ controls
-  const live = !parts.rows;
+  const live = !parts.rows, narrow = matchMedia('(max-width: 760px)').matches;
   let stands = false;
   for (const [id, list, group] of [['parameters', info.parameters, 'parameters'], ['starts', info.starts, 'states'], ['inputs', info.inputs, 'inputs']]) {
     $(id).hidden = !list.length || !live;
-    if (live) for (const q of list) slider(q, group, q.index, $(id));
+    const parts = new Map([['', $(id)]]);
+    if (live) for (const q of list) {
+      const part = list.length > MANY ? q.name.replace(/^der\(/, '').replace(/\.?[^.]*$/, '') : '';
+      if (!parts.has(part)) {
+        const fold = $(id).appendChild(document.createElement('details'));
+        fold.innerHTML = '<summary></summary>'; fold.firstChild.textContent = part; fold.open = !narrow;
+        parts.set(part, fold);
+      }
+      slider(q, group, q.index, parts.get(part));
+    }
   }
   if (live) info.turned.forEach(unseen);
   if (!live) $('how').textContent = info.recorded;
@@ -478,7 +493,7 @@ async function start(info, parts) {
   $('equations').hidden = !parts.equations;
   $('equations').onclick = async () => {
     const box = $('formulas');
-    box.innerHTML ||= '<button class="close" aria-label="close">✕</button>' + await unpackText(parts.equations);
+    box.innerHTML ||= '<p class="top"><button class="close" aria-label="close">✕</button></p>' + await unpackText(parts.equations);
     box.onclick = e => { if (e.target === box || e.target.className === 'close') box.close(); };
     box.showModal();
   };

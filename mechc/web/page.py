@@ -135,12 +135,23 @@ def _scripts(size: int) -> str:
     """Return the controls, the style and the scripts of pages of a plane or space, packed; workers are made of the text of the engine."""
     code = "\n".join(page_text(name) for name in ("links.js", "plot.js", *PARTS[size], "hand.js", "page.js"))
     texts = {"style": page_text("page.css"), "engine": page_text("engine.js"), "code": code}
-    short = {name: COMMENTS.sub("", text) for name, text in texts.items()}
+    short = {name: squeezed(COMMENTS.sub("", text), style=name == "style") for name, text in texts.items()}
     return packed(json.dumps({"controls": page_text("controls.html"), **short}).encode())
 
 
 COMMENTS = re.compile(r"^ *(//[^\n]*\n|/\*\*.*?\*/\n|)|  // [^\n'\"`]*$", re.MULTILINE | re.DOTALL)
 """Those that have their lines to themselves, those at ends of lines, and what lines begin with."""
+
+SPACES = re.compile(r"^.*[`\"].*$|^.*/\[.*$|('(?:[^'\\\n]|\\.)*')| ?([=*<>?:,;{}()&|]+) ?", re.MULTILINE)
+"""Beside signs; lines with templates or double quotes stay as they are, and so do texts."""
+SPACES_OF_STYLE = re.compile(r" ?([{}]) ?|([:;,]) ")
+
+
+def squeezed(text: str, *, style: bool = False) -> str:
+    """Return a script, or a style, without spaces that it does not need."""
+    if style:
+        return SPACES_OF_STYLE.sub(r"\1\2", text)
+    return SPACES.sub(lambda found: found[2] or found[0], text)
 
 
 def page_text(name: str) -> str:

@@ -60,7 +60,7 @@ function makeScene(host, plan) {
     c.moveTo(left, y); c.lineTo(right, y); c.stroke();
     if (ends.includes(at)) {  // those of one scale have its ends below the last
       c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
-      c.fillText(number(low / s.factor), left, y + row / 2 + 8); c.fillText(number(high / s.factor), right, y + row / 2 + 8); c.textAlign = 'left';
+      c.fillText(said(low / s.factor), left, y + row / 2 + 8); c.fillText(said(high / s.factor), right, y + row / 2 + 8); c.textAlign = 'left';
     }
     c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, Math.min(8, row * 0.4), 0, 7); return c.fill();
   }

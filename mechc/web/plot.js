@@ -1,12 +1,23 @@
 // Curves over time on a canvas: ticks, legend, marks of events, marker; a click or drag says the time. And a phase portrait.
 
+/** Where lines are drawn: about so many, and two at least. */
 function ticks(low, high, count) {
   const raw = (high - low) / Math.max(count, 1) || 1, power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= raw * 0.999);
+  const step = [1, 2, 5, 10].map(m => m * power).find(s => s >= raw * 0.999), place = v => Math.floor(Math.log10(v) + 1e-9);
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push(k * step);
-  return {step, found, digits: Math.max(0, -Math.floor(Math.log10(step) + 1e-9))};
+  if (found.length < 2 && count < 9) return ticks(low, high, count + 1);
+  const size = Math.max(step, ...found.map(Math.abs)), short = step >= 1e5 || size < 0.01 && step < 1e-4, digits = Math.max(0, short ? place(size) - place(step) : -place(step));
+  return {step, found, texts: found.map(v => read(!short ? v.toFixed(digits) : Math.abs(v) < step / 2 ? '0' : v.toExponential(digits).replace('e+', 'e')))};
 }
+/** A range with room beside it; what varies by less than a millionth of its size is flat in it. */
+function widened(low, high) {
+  if (!(high >= low)) { low = 0; high = 1; }
+  const pad = Math.max((high - low) * 0.06, high - low ? 1e-6 * Math.max(high, -low) : Math.abs(high || 1) * 0.06);
+  return [low - pad, high + pad];
+}
+/** Pixels that numbers beside an axis need. */
+const beside = (c, least, ...axes) => Math.max(least, ...axes.flatMap(a => a.texts.map(t => c.measureText(t).width + 14)));
 
 /** Lists of those with the same key. */
 function grouped(list, key) {
@@ -44,10 +55,8 @@ function panelsOf(curves, most) {
     panels[k - 1] = panels[k - 1].concat(panels.splice(k, 1)[0]);
   }
   return panels.map(list => list.sort((a, b) => a.index - b.index)).sort((a, b) => a[0].index - b[0].index).map(list => {
-    let low = Math.min(...list.map(s => s.low)), high = Math.max(...list.map(s => s.high));
-    if (!(high >= low)) { low = 0; high = 1; }
-    const pad = (high - low || Math.abs(high) || 1) * 0.06;
-    return {curves: list, low: low - pad, high: high + pad};
+    const [low, high] = widened(Math.min(...list.map(s => s.low)), Math.max(...list.map(s => s.high)));
+    return {curves: list, low, high};
   });
 }
 
@@ -59,7 +68,7 @@ function rule(c, style, v, {step}, x, y, X, Y) {
 function makePlot(canvas, {onTime, ink}) {
   const context = canvas.getContext('2d'), add = name => { const e = canvas.parentNode.appendChild(document.createElement('div')); e.className = name; return e; };
   const marker = add('marker'), reading = add('reading');
-  let x = new Float64Array(0), curves = [], panels = [], events = [], second = 's', end = 1, frame = {l: 58, r: 12, t: 22, b: 30}, w = 0, h = 0, note = '';
+  let x = new Float64Array(0), curves = [], panels = [], events = [], second = 's', end = 1, frame = {l: 58, r: 12, t: 22, b: 34}, w = 0, h = 0, note = '';
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const shown = s => s.unit ? `${s.name} / ${s.unit}` : s.name;
   /** Where the names of a panel stand above its curves, on as many lines as they need; what has no room on the last one is counted there. */
@@ -68,7 +77,7 @@ function makePlot(canvas, {onTime, ink}) {
     const places = [];
     for (const s of list) {
       const wide = 30 + c.measureText(shown(s)).width;
-      if (places.length && x + wide > w + 8) { x = frame.l; line++; }
+      if (places.length && x + wide > w) { x = frame.l; line++; }
       if (line === most) break;
       places.push([x, line]); x += wide;
     }
@@ -87,22 +96,24 @@ function makePlot(canvas, {onTime, ink}) {
     c.clearRect(0, 0, w, h);
     c.font = '12px system-ui, sans-serif'; c.lineWidth = 1; c.lineJoin = 'round';
     panels = panelsOf(curves, Math.max(1, Math.floor((h - frame.b) / LEAST_PANEL)));
-    const horizontal = ticks(x[0], end, w / 90), each = (h - frame.b) / panels.length, combed = events.length > (w - frame.l - frame.r) / 6;
+    const horizontal = ticks(x[0], end, w / 90), each = (h - frame.b) / panels.length;
+    for (const panel of panels) panel.ticks = ticks(panel.low, panel.high, Math.max(3, (each - 28) / 40));
+    frame.l = beside(c, 58, ...panels.map(p => p.ticks));
+    const marks = events.map(px).reduce((all, at) => { if (!(at - all.at(-1) < 3)) all.push(at); return all; }, []);  // of those too close to be told apart, one
+    const combed = marks.length > (w - frame.l - frame.r) / 6;
     panels.forEach((panel, j) => {
       const top = each * j, {places, after, lines} = legend(c, panel.curves, panels.length > 1 ? 2 : MOST_LINES);
       panel.top = top + 7 + NAME_LINE * lines; panel.bottom = top + each - (j < panels.length - 1 ? 6 : 0);
-      const vertical = ticks(panel.low, panel.high, Math.max(3, (panel.bottom - panel.top) / 40));
+      let last = Infinity;
       c.fillStyle = style('--faint'); c.textAlign = 'right'; c.textBaseline = 'middle';
-      for (const v of vertical.found) { rule(c, style, v, vertical, frame.l, py(panel, v), w - frame.r, py(panel, v)); c.fillText(label(v, vertical), frame.l - 6, py(panel, v)); }
+      panel.ticks.found.forEach((v, k) => {
+        const at = py(panel, v);
+        rule(c, style, v, panel.ticks, frame.l, at, w - frame.r, at);
+        if (last - at > 12) { c.fillText(panel.ticks.texts[k], frame.l - 6, at); last = at; }
+      });
       for (const v of horizontal.found) rule(c, style, 1, {step: 0}, px(v), panel.top, px(v), panel.bottom);
       c.strokeStyle = style('--event'); c.beginPath();
-      let before = -Infinity;
-      for (const t of combed ? [] : events) {  // of those too close to be told apart, one
-        const at = px(t);
-        if (at - before < 3) continue;
-        before = at;
-        c.moveTo(at, panel.bottom); c.lineTo(at, panel.bottom - 7);
-      }
+      for (const at of combed ? [] : marks) { c.moveTo(at, panel.bottom); c.lineTo(at, panel.bottom - 7); }
       c.stroke();
       c.textAlign = 'left'; c.textBaseline = 'top';
       panel.curves.forEach((s, k) => {
@@ -114,22 +125,20 @@ function makePlot(canvas, {onTime, ink}) {
         c.fillText(shown(s), at + 18, top + 4 + NAME_LINE * line);
       });
       c.setLineDash([]); c.lineWidth = 1; c.textAlign = 'right';
-      const told = (text, colour) => { c.fillStyle = style(colour); c.fillText(text, w - 4, top + 4 + NAME_LINE * (lines - 1)); };
+      const told = (text, colour) => { c.fillStyle = style(colour); c.fillText(text, w - frame.r, top + 4 + NAME_LINE * (lines - 1)); };
       if (places.length < panel.curves.length) told(`+ ${panel.curves.length - places.length}`, '--faint');
-      else if (!j && events.length && after + c.measureText(MARKED).width < w) told(combed ? `${events.length} events` : MARKED, '--event');
+      else if (!j && events.length && after + c.measureText(MARKED).width < w - frame.r) told(combed ? `${events.length} events` : MARKED, '--event');
     });
     c.fillStyle = style('--faint'); c.textAlign = 'center'; c.textBaseline = 'top';
-    for (const v of horizontal.found) {
-      const text = label(v, horizontal);
-      c.fillText(text, Math.min(px(v), w - c.measureText(text).width / 2 - 1), h - frame.b + 4);  // the last one stays whole
-    }
+    horizontal.texts.forEach((text, k) => c.fillText(text, Math.min(px(horizontal.found[k]), w - c.measureText(text).width / 2 - 1), h - frame.b + 4));  // the last one stays whole
     c.fillText(second ? `time / ${second}` : 'time', w - frame.r - 30, h - 14);
     c.textAlign = 'left'; c.fillText(note, frame.l, h - 14);
     frame.t = panels[0]?.top ?? 22;
+    marker.style.background = `linear-gradient(${panels.map(p => `#0000 0 ${p.top - frame.t}px, var(--text) 0 ${p.bottom - frame.t}px`)}, #0000 0)`;  // not through names
   }
 
   function mark(time) {
-    marker.style.cssText = `left: ${px(time)}px; top: ${frame.t}px; bottom: ${frame.b}px`;
+    Object.assign(marker.style, {left: `${px(time)}px`, top: `${frame.t}px`, bottom: `${frame.b}px`});
   }
 
   const under = event => x[0] + Math.min(1, Math.max(0, (event.offsetX - frame.l) / (w - frame.l - frame.r))) * (end - x[0]);
@@ -141,7 +150,7 @@ function makePlot(canvas, {onTime, ink}) {
     const off = s => Math.abs(py(panel, s.data[i]) - event.offsetY), s = panel?.curves.reduce((a, b) => off(b) < off(a) ? b : a);
     reading.hidden = !s;
     if (!s) return;
-    reading.textContent = `${s.name} ${number(s.data[i])} ${s.unit} at ${number(x[i])} ${second}`;
+    reading.textContent = `${s.name} ${said(s.data[i])} ${s.unit} at ${said(x[i])} ${second}`;
     reading.style.cssText = `top: ${Math.max(0, event.offsetY - 30)}px; ${event.offsetX < w / 2 ? `left: ${event.offsetX + 12}px` : `right: ${w - event.offsetX + 12}px`}; color: ${ink()[s.index % 7]}`;
   }
   canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); onTime(under(e)); });
@@ -164,15 +173,13 @@ function makePlot(canvas, {onTime, ink}) {
 }
 const MARKED = '❘ events';
 
-const label = (v, {step, digits}) => step >= 1e5 || step < 1e-4 ? (Math.abs(v) < step / 2 ? '0' : v.toExponential(1)) : v.toFixed(digits);
-
 /** One quantity over another, with a point where the clock stands. */
 function makePhase(canvas, {ink}) {
   const c = canvas.getContext('2d'), dot = canvas.parentNode.appendChild(document.createElement('div'));
   dot.className = 'dot';
-  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = [0, 0], w = 0, h = 0, trusted = 0;
+  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = [0, 0], w = 0, h = 0, trusted = 0, left = 52;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const px = v => 52 + (v - box[0]) / (box[1] - box[0]) * (w - 64);
+  const px = v => left + (v - box[0]) / (box[1] - box[0]) * (w - left - 12);
   const py = v => h - 34 - (v - box[2]) / (box[3] - box[2]) * (h - 60);
   function still() {
     const scale = devicePixelRatio || 1;
@@ -182,11 +189,12 @@ function makePhase(canvas, {ink}) {
     c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h); c.font = '12px system-ui, sans-serif';
     c.strokeStyle = style('--grid'); c.fillStyle = style('--faint');
     const X = ticks(box[0], box[1], Math.max(3, w / 70)), Y = ticks(box[2], box[3], Math.max(3, h / 45));
+    left = beside(c, 52, Y);
     c.textAlign = 'center'; c.textBaseline = 'top';
-    for (const v of X.found) { rule(c, style, v, X, px(v), 26, px(v), h - 34); c.fillText(label(v, X), px(v), h - 30); }
+    X.found.forEach((v, k) => { rule(c, style, v, X, px(v), 26, px(v), h - 34); c.fillText(X.texts[k], px(v), h - 30); });
     c.fillText(names[0], w / 2 + 20, h - 15);
     c.textAlign = 'right'; c.textBaseline = 'middle';
-    for (const v of Y.found) { rule(c, style, v, Y, 52, py(v), w - 12, py(v)); c.fillText(label(v, Y), 46, py(v)); }
+    Y.found.forEach((v, k) => { rule(c, style, v, Y, left, py(v), w - 12, py(v)); c.fillText(Y.texts[k], left - 6, py(v)); });
     c.textAlign = 'left'; c.fillText(names[1], 8, 8);
     c.strokeStyle = ink()[0]; c.lineWidth = 1.5; c.lineJoin = 'round';
     inTwo(c, a.length, trusted, i => c.lineTo(px(a[i]), py(b[i])));
@@ -197,7 +205,7 @@ function makePhase(canvas, {ink}) {
     at = [x, y];
     dot.style.transform = `translate(${px(x)}px, ${py(y)}px)`;
   }
-  const range = v => { let l = Infinity, h = -Infinity; for (const x of v) { if (x < l) l = x; if (x > h) h = x; } if (!(h >= l)) return [0, 1]; const pad = (h - l || Math.abs(h) || 1) * 0.06; return [l - pad, h + pad]; };
+  const range = v => { let l = Infinity, h = -Infinity; for (const x of v) { if (x < l) l = x; if (x > h) h = x; } return widened(l, h); };
   new ResizeObserver(() => { if (a.length) { still(); mark(...at); } }).observe(canvas);
   return {mark, set(x, y, across, up, until) { a = x; b = y; trusted = until; names = [across, up]; box = [...range(a), ...range(b)]; still(); }};
 }

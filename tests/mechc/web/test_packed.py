@@ -11,7 +11,7 @@ import subprocess
 import pytest
 
 from mechc.web.packed import packed, unpacked
-from mechc.web.page import page_text
+from mechc.web.page import page_text, squeezed
 
 NODE = shutil.which("node")
 
@@ -44,3 +44,10 @@ def test_the_page_reads_it_too(samples: list[bytes]) -> None:
         [NODE, "-e", script[1] + READ], input=given, capture_output=True, text=True, check=True
     )
     assert [bytes(numbers) for numbers in json.loads(done.stdout)] == samples
+
+
+def test_scripts_lose_spaces_beside_signs_and_texts_keep_theirs() -> None:
+    assert squeezed("a = b ? 'x = y, z' : [1, 2];\nf(`p = ${q}, r`);\nc = a - -b;") == (
+        "a=b?'x = y, z':[1,2];\nf(`p = ${q}, r`);\nc=a - -b;"
+    )
+    assert squeezed("a { b: c, d; } .e :is(f) {}", style=True) == "a{b:c,d;}.e :is(f){}"

@@ -2,18 +2,24 @@
 
 from __future__ import annotations
 
+import io
+import math
+import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
 from browsers import Opened, needs_browser, running_browser
+from PIL import Image
 
 import mechc
 from mechc.web.page import page
 
 pytestmark = needs_browser
 
+EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 PHONE = {"width": 390, "height": 844}
 
 
@@ -103,6 +109,22 @@ def test_what_travels_far_is_followed_and_leaves_a_trace(browser: Any, tmp_path:
     assert tab.said == []
     across = opened(browser, tmp_path, CAR.format(side=10))  # a way that fills the picture is seen whole
     assert not across.ask("page.follows()")
+
+
+@pytest.mark.slow
+def test_what_was_followed_stays_so_and_as_near(browser: Any, tmp_path: Path) -> None:
+    """A slider that leads it aside, too, neither ends that nor changes the scale."""
+    tab = opened(browser, tmp_path, CAR.format(side=0.4))
+    wide = tab.ask("document.getElementById('scene').clientWidth")
+    before = tab.ask("page.project([0, 0, 0]).scale")
+    tab.ask("page.sliders.find(s => s.name === 'der(y)').set(20, false)")
+    tab.wait("page.idle()")
+    assert tab.ask("page.follows()") and not tab.ask("document.getElementById('follow').parentNode.hidden")
+    for share in (0, 0.5, 1):
+        tab.ask(f"page.go({8 * share})")
+        at = tab.ask("page.project(Array.from(page.values(0).slice(0, 3)))")
+        assert at["x"] == pytest.approx(wide / 2, abs=1)
+        assert at["scale"] == pytest.approx(before, rel=0.01)
 
 
 TURNED = """
@@ -205,7 +227,7 @@ experiment(stop = 5 s);
 def test_marks_of_events_are_no_comb(browser: Any, tmp_path: Path) -> None:
     """Pixels in the colour of events just above the axis of time."""
     count = """() => {
-      const canvas = document.getElementById('plot'), c = canvas.getContext('2d'), {data} = c.getImageData(60, canvas.height - 36, canvas.width - 70, 1);
+      const canvas = document.getElementById('plot'), c = canvas.getContext('2d'), {data} = c.getImageData(60, canvas.height - 40, canvas.width - 70, 1);
       let n = 0;
       for (let k = 0; k < data.length; k += 4) if (data[k] > 190 && data[k] - data[k + 2] > 60) n++;
       return n;
@@ -214,14 +236,110 @@ def test_marks_of_events_are_no_comb(browser: Any, tmp_path: Path) -> None:
     assert few.ask(count) >= 9
     many = opened(browser, tmp_path, SAMPLED.format(every="10 ms"), viewport={"width": 1440, "height": 900})
     assert many.ask(count) == 0
+    whens = "".join(
+        f"when x > {at + 1e-5 * k:.5f} m then n := n + 1; end when;" for at in (1, 3) for k in range(100)
+    )
+    clustered = opened(browser, tmp_path, CLOSE + whens, viewport={"width": 1440, "height": 900})
+    assert clustered.ask("page.run.events.length") > 150
+    assert 2 <= clustered.ask(count) <= 12  # 200 events at two places
+
+
+CLOSE = """
+coordinate x = 0 m; initial der(x) = 1 m/s; discrete Integer n = 0;
+kinetic 1/2*1 kg*der(x)^2;
+experiment(stop = 5 s);
+"""
+TEXTS = """(() => {
+  const found = {plot: [], phase: []}, draw = CanvasRenderingContext2D.prototype.fillText;
+  CanvasRenderingContext2D.prototype.fillText = function (text, x, y) {
+    const wide = this.measureText(text).width, share = {left: 0, center: 0.5, right: 1}[this.textAlign];
+    found[this.canvas.id]?.push({text, left: x - share * wide, right: x + (1 - share) * wide, y, colour: this.fillStyle});
+    draw.call(this, text, x, y);
+  };
+  document.getElementById('theme').click();
+  CanvasRenderingContext2D.prototype.fillText = draw;
+  return found;
+})()"""
+"""All that is written on the canvases."""
+
+
+def numbers_left_of(texts: list[Any], edge: float) -> list[Any]:
+    return [t for t in texts if re.fullmatch(r"[−0-9.e]+", t["text"]) and t["right"] < edge]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("screen", [PHONE, {"width": 1440, "height": 900}], ids=["phone", "desk"])
+def test_each_panel_has_two_numbers_with_a_minus_that_is_read(
+    screen: Any, browser: Any, tmp_path: Path
+) -> None:
+    """Three ranges around zero in panels of least height, where steps of 5 would meet one number alone."""
+    text = """coordinate Angle a = 0 rad; coordinate Length b = 0 m; coordinate Time c = 0 s;
+    initial der(a) = {w} rad/s; initial der(b) = {w} m/s; initial der(c) = {w};
+    kinetic 1/2*(1 kg.m^2*der(a)^2 + 1 kg*der(b)^2 + 1 J*der(c)^2);
+    potential 1/2*(1 N.m*a^2 + 1 N/m*b^2 + 1 J/s^2*c^2);
+    experiment(stop = 10 s);"""
+    tab = opened(browser, tmp_path, text.format(w=4), viewport=screen)
+    assert tab.ask("page.panels().length") == 3
+    texts = tab.ask(TEXTS)
+    beside = numbers_left_of(texts["plot"], 58)
+    high = tab.ask("document.getElementById('plot').clientHeight") - 34
+    for k in range(3):
+        inside = [t for t in beside if high * k / 3 < t["y"] < high * (k + 1) / 3]
+        assert len(inside) >= 2
+        assert all(b["y"] - a["y"] > 11 for a, b in pairwise(sorted(inside, key=lambda t: t["y"])))
+    assert not [t for t in texts["plot"] + texts["phase"] if re.match("-[0-9]", t["text"])]
+
+
+@pytest.mark.slow
+def test_what_is_constant_but_for_rounding_is_drawn_so(browser: Any, tmp_path: Path) -> None:
+    """1e-9 of a velocity does not fill the panel, and numbers beside it differ."""
+    text = """coordinate x = 0 m; initial der(x) = 0.7267 m/s; kinetic 1/2*1 kg*der(x)^2;
+    force 1e-9 N*sin(20 rad/s*time) on x; experiment(stop = 5 s);"""
+    tab = opened(browser, tmp_path, text)
+    beside = [t for t in numbers_left_of(tab.ask(TEXTS)["phase"], 110) if t["text"].startswith("0.7")]
+    assert len({t["text"] for t in beside}) == len(beside) >= 2
+    assert all(t["left"] >= 0 for t in beside)
+    values = [float(t["text"]) for t in beside]
+    assert 1e-7 < max(values) - min(values) < 1e-5
+
+
+@pytest.mark.slow
+def test_the_cursor_strikes_no_name_and_texts_stay_in_their_plot(browser: Any, tmp_path: Path) -> None:
+    tab = opened(browser, tmp_path, MIXED + SAMPLED_TOO, viewport={"width": 1440, "height": 900})
+    wide = tab.ask("document.getElementById('plot').clientWidth")
+    texts = tab.ask(TEXTS)["plot"]
+    assert any("events" in t["text"] for t in texts)
+    assert all(t["right"] <= wide - 1 for t in texts)
+    assert all(t["right"] <= wide - 12 for t in texts if "events" in t["text"])
+    at = wide / 2
+    second = [t["y"] for t in texts if t["text"] in ("large / m", "phi / rad")]
+    assert len(second) == 2
+    tab.ask("page.go(2.5)")
+    box = tab.tab.query_selector("#plot").bounding_box()
+    left = tab.ask("document.querySelector('.marker').getBoundingClientRect().left")
+    assert abs(left - box["x"] - at) < 40
+    for y in second:
+        name = {"x": left - 1, "y": box["y"] + y, "width": 3, "height": 12}
+        curve = {"x": left - 1, "y": box["y"] + y + 22, "width": 3, "height": 12}
+        assert len(tones(tab, name)) == 1 < len(tones(tab, curve))
+
+
+SAMPLED_TOO = """
+discrete Integer n = 0;
+when sample(0.5 s) then n := n + 1; end when;
+"""
+
+
+def tones(tab: Opened, clip: dict[str, float]) -> set[bytes]:
+    """Return the colours in a part of the screen."""
+    seen = Image.open(io.BytesIO(tab.tab.screenshot(clip=clip))).convert("RGB").tobytes()
+    return {seen[k : k + 3] for k in range(0, len(seen), 3)}
 
 
 @pytest.mark.slow
 def test_equations_fit_a_phone_and_can_be_closed(browser: Any, tmp_path: Path) -> None:
     path = tmp_path / "page.html"
-    path.write_text(
-        page(mechc.load(Path(__file__).resolve().parents[3] / "examples" / "double_pendulum.mech"))
-    )
+    path.write_text(page(mechc.load(EXAMPLES / "double_pendulum.mech")))
     tab = Opened(browser, path, viewport=PHONE)
     tab.ask("document.getElementById('equations').click()")
     tab.wait("document.querySelectorAll('dialog math').length > 5")
@@ -235,6 +353,25 @@ def test_equations_fit_a_phone_and_can_be_closed(browser: Any, tmp_path: Path) -
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("example", ["stick_slip_belt", "double_pendulum"])
+@pytest.mark.parametrize("screen", [PHONE, {"width": 1440, "height": 900}], ids=["phone", "desk"])
+def test_equations_are_seen_whole(example: str, screen: Any, browser: Any, tmp_path: Path) -> None:
+    """Formulas lie inside their rows, which do not scroll up or down, and the button that closes them lies over none of them."""
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.load(EXAMPLES / f"{example}.mech")))
+    tab = Opened(browser, path, viewport=screen)
+    tab.ask("document.getElementById('equations').click()")
+    tab.wait("document.querySelectorAll('dialog math').length > 5")
+    cut, covered = tab.ask("""(() => {
+      const box = e => e.getBoundingClientRect(), close = box(document.querySelector('.close')), rows = [...document.querySelectorAll('dialog .row')];
+      return [rows.flatMap(r => [...r.querySelectorAll('math *')].filter(m => box(m).top < box(r).top - 0.5 || box(m).bottom > box(r).bottom + 0.5)).length
+          + rows.filter(r => r.scrollHeight > r.clientHeight).length,
+        [...document.querySelectorAll('dialog math')].filter(m => box(m).right > close.left && box(m).top < close.bottom && box(m).bottom > close.top).length];
+    })()""")
+    assert (cut, covered) == (0, 0)
+
+
+@pytest.mark.slow
 def test_a_phone_held_wide_shows_the_scene_and_its_curves(browser: Any, tmp_path: Path) -> None:
     tab = opened(browser, tmp_path, CAR.format(side=10), viewport={"width": 844, "height": 390})
     scene, plot, bar = tab.ask(
@@ -242,6 +379,10 @@ def test_a_phone_held_wide_shows_the_scene_and_its_curves(browser: Any, tmp_path
     )
     assert scene["height"] > 230 and plot["height"] > 230
     assert max(scene["bottom"], plot["bottom"], bar["bottom"]) <= 390
+    for cell in tab.ask(
+        "[...document.querySelectorAll('dl, dd')].map(e => [e.scrollWidth - e.clientWidth, e.getBoundingClientRect().right])"
+    ):
+        assert cell[0] <= 0 and cell[1] <= 844
 
 
 SPACE = """
@@ -272,6 +413,21 @@ def test_trails_in_space_follow_the_theme(browser: Any, tmp_path: Path) -> None:
     assert tab.ask(count, light) > 30 and tab.ask(count, dark) < 5
     tab.ask("document.getElementById('theme').click()")
     assert tab.ask(count, dark) > 30 and tab.ask(count, light) < 5
+
+
+def test_a_top_stands_on_its_tip_and_precesses_about_the_vertical(browser: Any, tmp_path: Path) -> None:
+    """A picture in space of a model in its own coordinates has z up: 0.5 rad off it, the top is above its tip, at l cos(theta)."""
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.load(EXAMPLES / "heavy_symmetric_top.mech")))
+    tab = Opened(browser, path)
+    theta = tab.columns()["theta"]
+    tip = tab.ask("page.project([0, 0, 0]).y")
+    for time in (0, 2.5, 5, 10):
+        tab.ask(f"page.go({time})")
+        x, y, z = tab.ask("Array.from(page.values(0).slice(0, 3))")
+        assert min(theta) - 1e-6 <= math.acos(z / math.hypot(x, y, z)) <= max(theta) + 1e-6
+        assert tip - tab.ask("p => page.project(p).y", [x, y, z]) > 50
+    assert tab.said == []
 
 
 FLOORS = {

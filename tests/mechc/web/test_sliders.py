@@ -171,7 +171,9 @@ def test_slider_and_curves_have_one_scale_of_time(browser: Any, tmp_path: Path) 
     share = page_.ask("(e => (e.value - e.min)/(e.max - e.min))(document.getElementById('time'))")
     assert share == pytest.approx(0.5, abs=1e-6)
     assert (mark[0] - box[0] - 58) / (box[1] - 58 - 12) == pytest.approx(share, abs=0.02)
-    assert page_.ask("document.getElementById('events').textContent") == "1 of ‘when’"
+    assert page_.ask("document.getElementById('events').textContent") == "1 switching"
+    assert page_.ask("document.getElementById('note').textContent").endswith("ended by the model at 0.25 s")
+    assert page_.ask("document.getElementById('energy').textContent") == "0 J, 0 of the largest energy"
 
 
 @needs_browser
@@ -225,6 +227,49 @@ def test_the_header_does_not_grow_when_the_error_arrives(browser: Any, tmp_path:
         page_.ask("document.getElementById('error').textContent = '…'")
         assert page_.ask("document.querySelector('header').offsetHeight") == after, width
         page_.tab.close()
+
+
+@needs_browser
+def test_the_header_keeps_its_lines_whatever_is_counted(browser: Any, tmp_path: Path) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.loads(ENDED)))
+    page_ = Opened(browser, path, viewport={"width": 1440, "height": 900})
+    before = page_.ask("document.querySelector('header').offsetHeight")
+    page_.ask(
+        "document.getElementById('events').textContent = '870: 1 switching, 855 impacts, 7 rests, 7 lift-offs'"
+    )
+    assert page_.ask("document.querySelector('header').offsetHeight") == before
+
+
+MANY = f"""
+import mech.planar.*;
+{"".join(f"Bar b{k}(m = 1 kg, l = 1 m); Revolute h{k}(world -> b{k}.a, angle = 10 deg);" for k in range(1, 13))}
+parameter Torque load = 2 N.m;
+torque load on h1.angle;
+experiment(stop = 0.1 s);
+"""
+
+
+@needs_browser
+@pytest.mark.parametrize(("width", "open_"), [(390, False), (1280, True)])
+def test_many_sliders_can_be_folded_by_components(
+    width: int, open_: bool, browser: Any, tmp_path: Path
+) -> None:
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.loads(MANY)))
+    page_ = Opened(browser, path, viewport={"width": width, "height": 800})
+    folds = page_.ask(
+        "[...document.querySelectorAll('#parameters details')].map(d => [d.firstChild.textContent, d.open, d.querySelectorAll('input[type=range]').length])"
+    )
+    assert [name for name, _, _ in folds] == [f"b{k}" for k in range(1, 13)]
+    assert all(is_open == open_ and n == 2 for _, is_open, n in folds)
+    assert page_.ask("document.getElementById('s-load').closest('details')") is None
+    assert page_.ask("document.querySelector('#parameters > :nth-child(2)').textContent").startswith("load")
+    colour = "getComputedStyle(document.querySelectorAll('#parameters summary')[2]).color"
+    before = page_.ask(colour)
+    page_.set("b3.m", 2)
+    assert page_.ask(colour) != before  # something in there is not as in the text
+    assert page_.said == []
 
 
 @needs_browser
