@@ -114,9 +114,10 @@ def _events(draft: Draft) -> None:
 
 
 def _timed_tables(draft: Draft) -> None:
-    points, arguments = timed_tables(draft.system, draft.solved, draft.function("rhs").outputs)
+    read = [n for f in draft.functions if f.name in ("rhs", "inputs") for n in f.outputs]
+    points, arguments = timed_tables(draft.system, draft.solved, read)
     if points:
-        doc = "arguments of tables of time, at time 0, and their rates"
+        doc = "arguments of tables and kinks of time, at time 0, and their rates"
         draft.behind.append(Function("timed_arguments", doc, arguments))
         draft.described["timed_points"] = points
 

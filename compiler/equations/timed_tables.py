@@ -1,18 +1,20 @@
-"""Smooth tables of time: their points, at which a run ends its steps as it does at the rows of the table of an input.
+"""Smooth tables of time, and kinks of lines of time such as ``max(0, time - t0)``: their points, at which a run ends its steps as it does
+at the rows of the table of an input.
 
-The second derivative jumps there. No method of high order steps across many of these without an error of a tolerance at each,
+The second derivative of a table jumps there. No method of high order steps across many of these without an error of a tolerance at each,
 and where a step ends, none is made.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 from mechc.runtime.interface import TimedPoints
 
-from ..graph import Node
+from ..graph import Graph, Node
 from ..graph.differentiate import jvp
-from ..graph.operations import JUMPING, LOOKUP, SELECT
+from ..graph.kinks import bends_of
+from ..graph.operations import ABS, JUMPING, LOOKUP, MAXIMUM, MINIMUM, SELECT
 from ..graph.rewrite import substitute
 from ..mechanics.system import MechanicalSystem
 from .solve.solved import Solved
@@ -21,8 +23,8 @@ from .solve.solved import Solved
 def timed_tables(
     system: MechanicalSystem, solved: Solved, rates: Sequence[Node]
 ) -> tuple[tuple[TimedPoints, ...], tuple[Node, ...]]:
-    """Return the points of the smooth tables of time that ``rates`` read, and of each table its argument at time 0 and the rate of
-    that."""
+    """Return the points of the smooth tables of time and the kinks of lines of time that ``rates`` read, and of each its argument at
+    time 0 and the rate of that."""
     graph, turning = system.graph, system.lowering.tables.turning
     read = {graph.table_of(n)[0] for n in graph.reach(rates) if graph.op(n) == LOOKUP} if turning else ()
     points, arguments = dict[tuple[Node, TimedPoints], None](), list[Node]()
@@ -33,13 +35,33 @@ def timed_tables(
         if line is not None:
             points[key] = None
             arguments += line
+    for x in _kinks(graph, rates, _known(system)):
+        line = _line_of_time(system, x)
+        if line is not None and (x, KINK) not in points:
+            points[x, KINK] = None
+            arguments += line
     return tuple(timed for _, timed in points), tuple(arguments)
+
+
+KINK = TimedPoints((0.0,), (1.0,))
+
+
+def _kinks(graph: Graph, rates: Sequence[Node], known: Set[Node]) -> list[Node]:
+    """Return what is zero where sizes, least and largest values of what is ``known`` alone may bend."""
+    if not graph.reached_with(rates, {ABS, MINIMUM, MAXIMUM}):
+        return []
+    kinks = [
+        n
+        for n in graph.reach(rates)
+        if graph.op(n) in (ABS, MINIMUM, MAXIMUM) and set(graph.support(n)) <= known
+    ]
+    return [x for n in kinks for x in bends_of(graph, graph.op(n), graph.args(n)) or ()]
 
 
 def _line_of_time(system: MechanicalSystem, x: Node) -> tuple[Node, Node] | None:
     """Return x at time 0 and its rate where it is linear in time and depends on nothing else that changes."""
     graph, time = system.graph, system.symbols.time
-    if not {time, *(s.node for s in system.symbols.parameters)}.issuperset(graph.support(x)):
+    if not _known(system).issuperset(graph.support(x)):
         return None
     if any(graph.op(n) in JUMPING | {SELECT} and time in graph.support(n) for n in graph.reach([x])):
         return None
@@ -48,3 +70,7 @@ def _line_of_time(system: MechanicalSystem, x: Node) -> tuple[Node, Node] | None
         return None
     (begin,) = substitute(graph, [x], {time: graph.zero})
     return begin, rate
+
+
+def _known(system: MechanicalSystem) -> set[Node]:
+    return {system.symbols.time, *(s.node for s in system.symbols.parameters)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Callable, Collection, Sequence
 
 from . import operations as ops
@@ -70,6 +71,38 @@ def as_choices(
         elif new != arguments:
             images[n] = rebuild(graph, n, graph, new)
     return tuple(images.get(n, n) for n in nodes)
+
+
+MOST_PIECES = 64
+
+
+def bends_of(graph: Graph, code: int, arguments: Sequence[Node]) -> list[Node] | None:
+    """Return what is zero where abs, min or max of ``arguments`` may bend: straight lines, where the arguments are made of such and of
+    bends; None where these are many."""
+    pieces = [_pieces(graph, a) for a in arguments]
+    if code == ops.ABS:
+        return pieces[0]
+    one, other = pieces
+    if one is None or other is None or len(one) * len(other) > MOST_PIECES:
+        return None
+    return [graph.sub(a, b) for a, b in itertools.product(one, other)]
+
+
+def _pieces(graph: Graph, n: Node) -> list[Node] | None:
+    code, args = graph.op(n), graph.args(n)
+    if code not in (ops.ABS, ops.MINIMUM, ops.MAXIMUM, ops.NEG, ops.ADD, ops.SUB, ops.MUL, ops.DIV):
+        return [n]
+    parts = [_pieces(graph, a) for a in args]
+    each = [p for p in parts if p is not None]
+    if len(each) < len(parts) or math.prod(map(len, each)) > MOST_PIECES:
+        return None
+    if code in (ops.MINIMUM, ops.MAXIMUM):
+        return [*each[0], *each[1]]
+    if code == ops.ABS:
+        return [*each[0], *map(graph.neg, each[0])]
+    if all(len(p) == 1 for p in each):
+        return [n]
+    return [rebuild(graph, n, graph, one) for one in itertools.product(*each)]
 
 
 MOST = 16

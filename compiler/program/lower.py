@@ -38,7 +38,7 @@ from .model import (
     Value,
     codes_of,
 )
-from .narrow_events import peaks_in_time
+from .narrow_events import peaks_by_cuts, peaks_in_time
 
 if TYPE_CHECKING:
     from .formulas import SolutionPlan
@@ -156,9 +156,10 @@ def _narrow(equations: Equations, functions: Sequence[ProgramFunction], *names: 
     wanted = {*names, "inputs"}
     if _hold(functions, wanted, NARROW):
         return True
-    return peaks_in_time(
-        equations.graph, equations.layout, [f for f in equations.functions if f.name in wanted]
-    )
+    graph, layout = equations.graph, equations.layout
+    read = [f for f in equations.functions if f.name in wanted]
+    at_lines = "indicators" not in names
+    return peaks_by_cuts(graph, layout, read) or peaks_in_time(graph, layout, read, ends_at_lines=at_lines)
 
 
 def _read_by_events(equations: Equations) -> tuple[str, ...]:

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -198,3 +199,92 @@ def test_a_quotient_of_time_pushes_a_swing() -> None:
     reference = solve_ivp(lambda t, y: [y[1], -4 * y[0] + 100 / (1 + ((t - 5.5) / 1e-3) ** 4)], (5.4, 5.6), [math.cos(10.8), -2 * math.sin(10.8)], rtol=1e-12, atol=1e-14, max_step=1e-4, method="DOP853")  # fmt: skip
     late = solve_ivp(lambda t, y: [y[1], -4 * y[0] + 100 / (1 + ((t - 5.5) / 1e-3) ** 4)], (5.6, 10), reference.y[:, -1], rtol=1e-12, atol=1e-14, method="DOP853")  # fmt: skip
     assert run["x"][-1] == pytest.approx(late.y[0, -1], abs=1e-6)
+
+
+def swung(force: Shape, edges: list[float]) -> float:
+    """Where a swing of 2 rad/s that starts at 1 is after 10 s; ``edges`` are where the force has kinks."""
+    y = [math.cos(2 * edges[0]), -2 * math.sin(2 * edges[0])]
+    for one, other in zip(edges, [*edges[1:], 10.0], strict=True):
+        y = solve_ivp(lambda t, y: [y[1], -4 * y[0] + force(t)], (one, other), y, rtol=1e-12, atol=1e-14, method="DOP853").y[:, -1]  # fmt: skip
+    return float(y[0])
+
+
+def hat(s: float) -> float:
+    return max(0.0, 1 - abs(s))
+
+
+KINKED: dict[str, Shape] = {
+    "max(0, 1 - abs(s))": hat,
+    "max(0, s + 1) - 2*max(0, s) + max(0, s - 1)": hat,
+    "clamp(s + 1, 0, 1) - clamp(s, 0, 1)": hat,
+    "min(1, max(0, 2 - 2*abs(s)))": lambda s: min(1.0, 2 * hat(s)),
+    "max(0, 1 - abs(mod(time/(1 s), 20) - 3.3)*1000/4)": hat,
+    "max(0, 1 - s^2)": lambda s: max(0.0, 1 - s * s),
+}
+"""Of pulses of 8 ms with kinks."""
+
+
+@pytest.mark.parametrize("formula", KINKED)
+def test_a_swing_is_pushed_by_a_pulse_with_kinks(formula: str) -> None:
+    width = 4e-3
+    run = model(
+        f"coordinate Length x = 1 m;kinetic 1/2*1 kg*der(x)^2;potential 1/2*4 N/m*x^2;force 100 N*({formula}) on x;",
+        width,
+    ).simulate()
+    force = KINKED[formula]
+    edges = [AT - width, AT - width / 2, AT, AT + width / 2, AT + width]
+    assert run["x"][-1] == pytest.approx(swung(lambda t: 100 * force((t - AT) / width), edges), abs=1e-6)
+
+
+@pytest.mark.parametrize("formula", KINKED)
+def test_a_block_is_kicked_by_a_pulse_with_kinks(formula: str) -> None:
+    width = 4e-3
+    run = model(BLOCK + f"force 200 N*({formula}) on x;friction 3 N on x;", width).simulate()
+    begin, end = slid(lambda t: 200 * KINKED[formula]((t - AT) / width), 3, 4, width)
+    assert run.events[0].time == pytest.approx(begin, abs=1e-8)
+    assert run["x"][-1] == pytest.approx(end, rel=1e-5)
+
+
+def test_a_limit_is_cut_for_some_milliseconds() -> None:
+    """Limit 300 |t - AT|/s within 10 ms, below a force of 1 N for 1/300 s: half of the way is that of the lack, half that of the stop."""
+    run = model(BLOCK + f"force 1 N on x;friction min(3 N, 300 N/s*abs(time - {AT} s)) on x;", 1).simulate()
+
+    def lack(t: float) -> float:
+        return (1 - min(3, 300 * abs(t - AT))) / 4
+
+    y, ends = [0.0, 0.0], [AT - 1 / 300, AT, AT + 1 / 300, AT + 0.01]
+    for one, other in pairwise(ends):
+        part = solve_ivp(lambda t, y: [y[1], lack(t)], (one, other), y, rtol=1e-12, atol=1e-15, method="DOP853", events=stops if one > AT else None)  # fmt: skip
+        y = part.y[:, -1]
+    assert run["x"][-1] == pytest.approx(part.y_events[0][0][0], rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("law", "energy"),
+    [
+        ("force -100 N*max(0, 1 - abs(x - 5.0123 m)/(1 mm)) on x;", 0.1),
+        ("force -100 N*max(0, 1 - ((x - 5.0123 m)/(1 mm))^2) on x;", 400e-3 / 3),
+        ("friction 100 N*max(0, 1 - abs(x - 5.0123 m)/(1 mm)) on x;", 0.1),
+    ],
+)
+def test_a_bump_of_a_law_with_kinks_is_crossed(law: str, energy: float) -> None:
+    """While a swing beside it moves."""
+    text = f"coordinate Length x = 0 m;initial der(x) = 1 m/s;kinetic 1/2*1 kg*der(x)^2;{law}{SWING}experiment(stop = 10 s);"
+    run = mechc.loads(text).simulate()
+    assert run["der(x)"][-1] == pytest.approx(math.sqrt(1 - 2 * energy), abs=1e-6)
+
+
+def test_taylor_series_see_it_too() -> None:
+    text = SWING + "force 100 N*g on z;"
+    run = model(text, 4e-3).simulate(method="taylor")
+    edges = [AT - 0.04, AT - 0.004, AT, AT + 0.004, AT + 0.04]
+    assert run["z"][-1] == pytest.approx(swung(lambda t: 100 * pulse(4e-3)(t), edges), abs=1e-6)
+
+
+def test_a_pulse_about_a_discrete_time() -> None:
+    width = 4e-3
+    text = f"discrete Time d = 100 s;when time >= 1 s then d := {AT} s; end when;" + BLOCK + "force 200 N/(1 + ((time - d)/(4 ms))^2) on x;friction 3 N on x;"  # fmt: skip
+    run = model(text, width).simulate()
+    begin, end = slid(lambda t: 200 * pulse(width, "quotient")(t), 3, 4, width)
+    assert run.events[1].time == pytest.approx(begin, abs=1e-8)
+    assert run["x"][-1] == pytest.approx(end, rel=1e-6)

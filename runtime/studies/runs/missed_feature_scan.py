@@ -20,7 +20,7 @@ from ...results.consistency import Check
 from ...results.evaluate import evaluate_rows
 from .companion import Estimated, Plan, estimate, trajectory_of
 
-EXPLICIT = "dop853"
+EXPLICIT = ("dop853", "taylor")
 LEAST = 8
 """Places that are looked at in a step, at least."""
 TOLERANCES, LEAST_CHANGE = 100.0, 1e-9
@@ -127,7 +127,7 @@ def look_between(plan: Plan, main: Trajectory) -> MissedFeature | None:
     if not isinstance(dense, DenseOutput) or not dense.begin.size:
         return None
     told = main.statistics
-    if told.method != EXPLICIT or told.stiff_time is not None or told.switch_time is not None:
+    if told.method not in EXPLICIT or told.stiff_time is not None or told.switch_time is not None:
         return (
             None  # where it is stiff, an error of the state becomes one of the derivative many times as large
         )
