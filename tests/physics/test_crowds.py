@@ -173,6 +173,16 @@ def test_what_needs_formulas_of_forces_is_refused_in_words() -> None:
     assert [d.code for d in raised.value.diagnostics] == ["E0722"]
 
 
+def test_the_force_of_a_constraint_among_many_contacts_is_refused_in_words() -> None:
+    """What contacts add to it is in no formula: a law read what holds without them."""
+    more = "coordinate Length w = 0 m; kinetic 1/2*1 kg*der(w)^2; constraint hold: x[1] = 0 m; force multiplier(hold) on w;"
+    text = CRADLE.replace("experiment", f"{more} experiment")
+    with pytest.raises(
+        mechc.CompileError, match="the force of a constraint in something that is not an output"
+    ):
+        mechc.loads(text)
+
+
 def test_gaps_made_of_pieces_want_steps() -> None:
     bent = CRADLE.replace("x[i+1] - x[i] rest", "max(x[i+1] - x[i], 2*(x[i+1] - x[i])) rest")
     with pytest.raises(mechc.SimulationError, match=r"made of pieces.*moreau"):

@@ -117,6 +117,12 @@ def check_crowd(
         asked.append("an acceleration in an equation, a condition or an assertion")
     if any(query.function in ("reaction", "moment") for query in system.queries.values()):
         asked.append("a reaction")
+    laws = [n for e in system.efforts for _, n in e.pairs]
+    laws += [*system.xdot.values(), *(b.condition for b in system.branches)]
+    always = {rows.name for rows in system.constraints}
+    forces = [system.queries[n] for n in system.lowering.questions.forces_in(laws)]
+    if any(query.target in always for query in forces):
+        asked.append("the force of a constraint in something that is not an output")
     if asked:
         raise _unformed(system, members, asked[0], reporter)
 
