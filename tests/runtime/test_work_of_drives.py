@@ -13,6 +13,7 @@ import pytest
 
 import mechc
 from mechc.runtime.studies.runs import simulate
+from mechc.runtime.studies.runs.missed_feature_scan import ScannedRun
 
 PULSE = "exp(-((time - 18.01 s)/(10 ms))^2)"
 RESTS = "coordinate Length x = 0 m; kinetic 1/2*1 kg*der(x)^2;"
@@ -62,6 +63,7 @@ def test_a_balance_that_is_off_is_doubtful_whatever_errors_are_stated(
 ) -> None:
     """The companion sees the pulse, the run does not: the error that is stated is as large as the balance is off."""
     monkeypatch.setattr(simulate, "begins_unseen", lambda *_: None)
+    monkeypatch.setattr(simulate, "seen_between", lambda plan, main, _: ScannedRun(plan, main))
     found = mechc.loads(LIFTED).simulate(every="1 ms")
     assert found.outcome.name == "DOUBTFUL"
     (doubt,) = found.accuracy.contradictions
@@ -78,3 +80,14 @@ def test_what_a_switch_begins_is_seen_once() -> None:
     found = mechc.loads(text).simulate(estimate_error=False)
     assert found["energy.dissipated"][-1] == pytest.approx(5, rel=1e-9)
     assert not any("something begins" in remark for remark in found.remarks)
+
+
+@pytest.mark.parametrize("width", [4e-3, 1e-3])
+def test_a_pulse_beside_what_moves(width: float) -> None:
+    text = (
+        f"coordinate Length p; drive p = 30 mm*exp(-((time - 18.01 s)/({width!r} s))^2); damping 5 N.s/m on p;"
+        "coordinate Angle a = 0.1 rad; kinetic 1/2*1 kg.m^2*der(a)^2; potential 1/2*1 N.m*a^2; experiment(stop = 30 s);"
+    )
+    found = mechc.loads(text).simulate(estimate_error=False)
+    assert found["energy.dissipated"][-1] == pytest.approx(5 * 0.03**2 / width * sqrt(pi / 2), rel=1e-8)
+    assert any("something narrow was passed over" in remark for remark in found.remarks)
