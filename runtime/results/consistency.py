@@ -8,6 +8,8 @@ It contradicts the estimate where it is more than ``FACTOR`` times one of two bo
 - the estimate for B itself, made like that of a state from the companion run: c |B(main) - B(companion)|, plus what
   rounding and the tolerance of the companion do to B. An error of the integration shrinks with the tolerance; a fault of
   the equations or of an account is the same in both runs, so that their difference does not hold it.
+
+A balance of energy with accounts that is off by a share of the energies contradicts a run at a tight tolerance whatever errors are stated.
 """
 
 from __future__ import annotations
@@ -47,6 +49,9 @@ CONDITION = 1e5
 TOUCH = 1e-9
 """Share of its sizes within which a contact counts as touching or at rest (kernel, ``rows.c`` and ``impulses.c``), whatever
 the tolerance: as far it moves a state without a force."""
+UNBALANCED, LOOSE = 0.01, 1e-5
+"""Share of what the energies and their accounts reach by which a balance is not off in an honest run whose companion has no larger
+tolerance than this, whatever errors are stated for the accounts: one of both runs has missed work that the other has seen."""
 
 
 class Check(Struct, frozen=True):
@@ -153,7 +158,11 @@ def compared(
     found = [_constraint(drift, estimate) for drift in drifts]
     if listed and pair.count > 1:
         allowed = scales(case, listed, pair, estimate)
-        looks = [Look(check, pair.factor, *scale) for check, scale in zip(listed, allowed, strict=True)]
+        most = _most(case, listed, pair, estimate)
+        looks = [
+            Look(check, pair.factor, *scale, least)
+            for check, scale, least in zip(listed, allowed, most, strict=True)
+        ]
         for rows in slices(pair.count, pair.t, pair.y, pair.z, pair.theirs):
             at = pair.ours(rows)
             ours = values_of(case, listed, *at)
@@ -161,6 +170,19 @@ def compared(
                 look.read(at[0], ours[:, k], pair.theirs[rows, k])
         found += [look.told() for look in looks]
     return found
+
+
+def _most(case: Case, listed: tuple[Check, ...], pair: Pair, estimate: ErrorEstimate) -> list[float]:
+    """Give what each check may be off by over ``FACTOR``: of a balance with accounts a share of what it is made of."""
+    accounts = [i for i, q in enumerate(case.problem.states) if q.kind == "account"]
+    if not accounts or not 0 < pair.tolerance <= LOOSE:
+        return [math.inf] * len(listed)
+    reached = [
+        float(np.abs(pair.y[:, i]).max()) + estimate.nominal[case.problem.states[i].name] for i in accounts
+    ]
+    if not all(math.isfinite(size) for size in reached):
+        return [math.inf] * len(listed)
+    return [UNBALANCED * max(reached) / FACTOR if check.kind == "energy" else math.inf for check in listed]
 
 
 def _constraint(drift: ConstraintDrift, estimate: ErrorEstimate) -> tuple[Contradiction, float]:
@@ -171,11 +193,12 @@ def _constraint(drift: ConstraintDrift, estimate: ErrorEstimate) -> tuple[Contra
 
 
 class Look:
-    """Compares one check of both runs, a slice after the other, with what the ``stated`` errors do to it and what both
-    runs ``shared``."""
+    """Compares one check of both runs, a slice after the other, with what the ``stated`` errors do to it, what both
+    runs ``shared``, and the ``most`` that it may be off by whatever the errors."""
 
-    def __init__(self, check: Check, factor: float, stated: float, shared: float) -> None:
+    def __init__(self, check: Check, factor: float, stated: float, shared: float, most: float) -> None:
         self._check, self._factor, self._stated, self._shared = check, factor, stated, shared
+        self._most = most
         self._anchors: tuple[Array, Array] | None = None
         self._own = 0.0
         self._ratio = 0.0
@@ -193,7 +216,7 @@ class Look:
         off = np.abs(ours)
         own = np.maximum(np.maximum.accumulate(self._factor * np.abs(ours - theirs)), self._own)
         self._own = float(own[-1])
-        expected = np.minimum(self._stated, own + self._shared)
+        expected = np.minimum(min(self._stated, self._most), own + self._shared)
         ratio = np.divide(off, expected, out=np.where(off > 0, np.inf, 0.0), where=expected > 0)
         self._ratio = max(self._ratio, _largest(ratio))
         beyond = np.flatnonzero(ratio > FACTOR)
@@ -210,10 +233,14 @@ class Look:
         if self._since is None:
             return Contradiction(check.kind, check.name, check.unit, 0.0, 0.0, None, None), self._ratio
         off, expected, theirs = self._worst
-        made = Contradiction(
-            check.kind, check.name, check.unit, off, FACTOR * expected, self._since, theirs > HELD * off
-        )
-        return made, self._ratio
+        kind, persists = check.kind, theirs > HELD * off
+        if expected == self._most:
+            return Contradiction(
+                "work", check.name, check.unit, off, FACTOR * expected, self._since, None
+            ), self._ratio
+        return Contradiction(
+            kind, check.name, check.unit, off, FACTOR * expected, self._since, persists
+        ), self._ratio
 
 
 def values_of(case: Case, listed: tuple[Check, ...], t: Array, y: Array, z: Array | None) -> Array:

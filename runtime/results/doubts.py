@@ -27,6 +27,10 @@ CAUSES: dict[tuple[str, bool | None], str] = {
         "a tighter run is off as much: the closed solution belongs to other values or to a simpler model, or a kink or "
         "an event was passed over"
     ),
+    ("work", None): (
+        "the estimated errors say so, too: of two runs one has passed over work that the other has seen, as of something short "
+        "between their steps; a tighter tolerance or a closer 'every' shows it"
+    ),
     ("", False): (
         "a tighter run is off less: the steps were too long for something that both runs felt, so that the errors are "
         "larger than estimated; a tighter tolerance, or a closer 'every', shows it"
@@ -44,13 +48,14 @@ CAUSES: dict[tuple[str, bool | None], str] = {
 ALLOWS = {
     **dict.fromkeys(("force", "moment"), "rounding allows"),
     **dict.fromkeys(("place", "direction"), "a closed loop allows"),
+    "work": "1 % of the energies is",
 }
 """What says how much a check may be off by that holds whatever the errors of the motion."""
 
 
 class Contradiction(Struct, frozen=True):
-    """A check that disagrees with the estimated errors. ``kind``: energy, momentum, closed solution, constraints; force and
-    moment of a body, and place and direction of a joint, which hold at each instant.
+    """A check that disagrees with the estimated errors. ``kind``: energy, momentum, closed solution, constraints; work, of a balance of
+    energy that is off by a share of it, as the estimated errors tell; force and moment of a body, and place and direction of a joint, which hold at each instant.
 
     ``found``: its largest size in SI, beyond what is ``allowed`` by the estimates from the time ``since`` on.
     ``persists``: a run at a tighter tolerance is off as much; None where that is not known.

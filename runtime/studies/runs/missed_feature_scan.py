@@ -141,13 +141,12 @@ def look_between(plan: Plan, main: Trajectory) -> MissedFeature | None:
     slopes = (dense(times + beside) - dense(times - beside)) / (2 * beside[:, None])
     modes = None if main.happened is None else main.happened.discretes(times, problem.ny)
     rates = evaluate_rows(case, "rhs", times, states, modes)
-    own = np.array([q.kind != "account" for q in problem.states])
     sizes = _noticed(plan) * (plan.nominal + np.abs(states))
     lasting = np.minimum(
         apart, np.repeat(dense.length, each) * (each.size / LOOKS)
     )  # short steps err in rates, not in states
     change = np.abs(rates - slopes) * lasting[:, None] / sizes
-    unseen = np.any(change[:, own] > 1, axis=1)
+    unseen = np.any(change > 1, axis=1)
     largest = float(apart.max())
     if not np.any(unseen):
         return MissedFeature(largest)
