@@ -379,6 +379,8 @@ class ModelInterface(Struct, frozen=True, kw_only=True):
     and high powers."""
     narrow_events: bool = False
     """So does what events are looked for in."""
+    pulsed: bool = False
+    """Derivatives hold formulas of the time alone that may be narrow elsewhere than at ends of steps."""
     bent: bool = False
     """Derivatives hold formulas with kinks that no event locates: ``abs``, ``min``, ``max``, tables."""
     no_series: str = ""

@@ -68,6 +68,9 @@ def check_stated_stop(problem: Problem, start: float, stop: float) -> None:
 LOOKS = 20_000
 """Instants, at least, at which the whole of a run is looked at for what steps may pass over."""
 
+PLACES_IN_A_STEP = 12
+"""Instants of these that lie in the longest step which shows by itself what is narrow."""
+
 
 class TimeSpan(Struct, frozen=True):
     """The times of a case, and what bounds its steps."""

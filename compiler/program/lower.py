@@ -100,6 +100,7 @@ def lower(
             "followers": followers(equations),
             "narrow": _narrow(equations, functions, "rhs"),
             "narrow_events": bool(events) and _narrow(equations, functions, *events),
+            "pulsed": _pulsed(equations, "rhs"),
             "bent": _hold(functions, {"rhs"}, BENT),
         },
         tables=tuple(graph.tables),
@@ -156,10 +157,15 @@ def _narrow(equations: Equations, functions: Sequence[ProgramFunction], *names: 
     wanted = {*names, "inputs"}
     if _hold(functions, wanted, NARROW):
         return True
-    graph, layout = equations.graph, equations.layout
     read = [f for f in equations.functions if f.name in wanted]
+    return peaks_by_cuts(equations.graph, equations.layout, read) or _pulsed(equations, *names)
+
+
+def _pulsed(equations: Equations, *names: str) -> bool:
+    """Whether some functions may change within a small part of a step with time; steps end at kinks that derivatives read."""
+    read = [f for f in equations.functions if f.name in {*names, "inputs"}]
     at_lines = "indicators" not in names
-    return peaks_by_cuts(graph, layout, read) or peaks_in_time(graph, layout, read, ends_at_lines=at_lines)
+    return peaks_in_time(equations.graph, equations.layout, read, ends_at_lines=at_lines)
 
 
 def _read_by_events(equations: Equations) -> tuple[str, ...]:

@@ -20,6 +20,7 @@ from ..graph.operations import (
     ADD,
     COS,
     DIV,
+    LOOKUP,
     MAXIMUM,
     MINIMUM,
     MUL,
@@ -65,7 +66,8 @@ def peaks_in_time(
 ) -> bool:
     """Whether ``functions`` may have a narrow peak at some time, by formulas of the time alone and of inputs that are such.
 
-    ``ends_at_lines``: steps end at kinks of lines of time. Discrete variables are constants beside it: they change at events. What has both the time and states in a denominator, as the inertia of a driven mechanism, is none of these.
+    ``ends_at_lines``: steps end at kinks of lines of time, and at points of tables of these. Discrete variables are constants beside it:
+    they change at events. What has both the time and states in a denominator, as the inertia of a driven mechanism, is none of these.
     """
     places = {slot: n for n, slot in layout.items()}
     time = places.get(Slot("t", 0))
@@ -176,6 +178,8 @@ class _Walk:
                 if straight and self._ends_steps(arguments, code)
                 else self._unless_alone(arguments, bent)
             )
+        if code == LOOKUP and straight and self._free(arguments):
+            return Moving(power, max(degree, 2))
         if code in SUMS - LINEAR:
             return Moving(power, max(degree, 2))
         if code in LINEAR:
@@ -202,9 +206,11 @@ class _Walk:
 
     def _ends_steps(self, arguments: Sequence[Node], code: int) -> bool:
         """Whether steps end at the kinks of an operation on straight lines."""
-        if self.elsewhere is None or self.graph.depend(arguments, self.elsewhere):
-            return False
-        return bends_of(self.graph, code, arguments) is not None
+        return self._free(arguments) and bends_of(self.graph, code, arguments) is not None
+
+    def _free(self, arguments: Sequence[Node]) -> bool:
+        """Whether something is of the time and of parameters alone, and steps end at kinks of such lines."""
+        return self.elsewhere is not None and not self.graph.depend(arguments, self.elsewhere)
 
     def _unless_alone(self, arguments: Sequence[Node], found: Moving) -> Moving | None:
         """Give what was found where something else than the time takes part."""

@@ -5,6 +5,8 @@ from __future__ import annotations
 import ctypes
 import math
 from collections.abc import Sequence
+from contextlib import suppress
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -27,6 +29,7 @@ from ..functions import load_functions
 from ..integrate.choose_method import choose_method
 from ..integrate.solver import kink_times, table_structs
 from ..interface import GROWTH, Quantity
+from ..limits_of_time import PLACES_IN_A_STEP
 from ..native import contract
 from ..native import kernel as native
 from ..nominal import kernel_sizes
@@ -287,7 +290,7 @@ class Posed:
             n_stops=kinks.size,
             n_grid=self.grid.size,
             t0=case.begin,
-            dt_max=case.max_step if case.max_step > 0 else 1.0,
+            dt_max=self._longest_step(),
             dt=case.step or 0.0,
             apart=case.apart,
             rtol=case.tolerance,
@@ -296,6 +299,33 @@ class Posed:
             grid=self._array(self.grid),
         )
 
+    @cached_property
+    def bound(self) -> float | None:
+        """The longest step that shows members what is narrow in time, None where nothing is: nobody looks for it between their steps."""
+        if (
+            self.method.fixed_step
+            or not self.case.apart > 0
+            or not (self.problem.pulsed or self._moves_kinks())
+        ):
+            return None
+        return PLACES_IN_A_STEP * self.case.apart
+
+    def _moves_kinks(self) -> bool:
+        """Whether steps would end at other times for the last member than for the first one."""
+        if not self.problem.timed_points or not self.members.names:
+            return False
+        row = self.members.values(self.members.count - 1, self.members.count)[0]
+        values = {**self.options.values, **dict(zip(self.members.names, row.tolist(), strict=True))}
+        with suppress(SimulationError):
+            return kink_times(self.case) != kink_times(
+                prepare(self.problem, self.functions, replace(self.options, values=values))
+            )
+        return True
+
+    def _longest_step(self) -> float:
+        longest = self.case.max_step if self.case.max_step > 0 else 1.0
+        return longest if self.bound is None else min(longest, self.bound)
+
     def _stops(self) -> Array:
         """Give the times that steps end at: where tables have kinks, and where what is kept begins."""
         begin, kept = self.case.begin, float(self.case.grid[0])
@@ -303,7 +333,7 @@ class Posed:
 
     def _companion(self) -> CompanionStruct:
         case = self.case
-        dt_max = case.max_step / 2 if case.max_step > 0 else 1.0
+        dt_max = self._longest_step() / (2 if case.max_step > 0 else 1)
         if self.method.fixed_step:
             assert case.step is not None
             parts = APART if self.problem.bent else HALVES

@@ -163,9 +163,15 @@ def _nobody(fraction: float) -> None:
 
 
 def _remarks(posed: Posed) -> tuple[str, ...]:
-    return (
-        (f"members ran one by one, not side by side: {posed.without_lanes}",) if posed.without_lanes else ()
-    )
+    told = []
+    if posed.without_lanes:
+        told.append(f"members ran one by one, not side by side: {posed.without_lanes}")
+    unit = f" {posed.problem.time.unit}" if posed.problem.time.unit else ""
+    if posed.bound is not None:
+        told.append(
+            f"members took steps of at most {posed.bound:.2g}{unit} for what is narrow in time: what is met for less may be missed"
+        )
+    return tuple(told)
 
 
 def _check_size(posed: Posed, n: int) -> None:

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
+from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import mechc
@@ -288,3 +288,36 @@ def test_a_pulse_about_a_discrete_time() -> None:
     begin, end = slid(lambda t: 200 * pulse(width, "quotient")(t), 3, 4, width)
     assert run.events[1].time == pytest.approx(begin, abs=1e-8)
     assert run["x"][-1] == pytest.approx(end, rel=1e-6)
+
+
+PUSHES: dict[str, Shape] = {
+    "exp(-s^2)": lambda s: math.exp(-s * s),
+    "max(0, 1 - abs(s))": hat,
+    "1/(1 + s^4)": lambda s: 1 / (1 + s**4),
+}
+
+
+@pytest.mark.parametrize("formula", PUSHES)
+@pytest.mark.parametrize("lanes", ["on", "off"])
+def test_swings_of_an_ensemble_are_pushed(formula: str, lanes: str) -> None:
+    """Each member at a time of its own: by the integral of the force with the answer of the swing."""
+    text = f"parameter T = 1 s;let s = (time - T)/(15 ms);coordinate Length x = 1 cm;kinetic 1/2*1 kg*der(x)^2;potential 1/2*0.01 N/m*x^2;force 8 N*({formula}) on x;experiment(stop = 100 s);"  # fmt: skip
+    found = mechc.loads(text).ensemble("T = 3 s .. 90 s, 12", "final(x)", lanes=lanes)
+    push, width = PUSHES[formula], 15e-3
+    for at, end in zip(np.linspace(3, 90, 12), found.numbers.ravel(), strict=True):
+        answer = lambda s, at=at: push(s) * math.sin(0.1 * (100 - at - s * width)) / 0.1  # noqa: E731
+        moved = sum(
+            quad(answer, *ends, epsabs=1e-13, limit=200)[0] for ends in pairwise([-180, -9, -1, 0, 1, 9, 180])
+        )
+        assert end == pytest.approx(0.01 * math.cos(10) + 8 * width * moved, abs=3e-6)
+    assert any("narrow" in remark for remark in found.remarks)
+
+
+def test_members_that_nothing_pushes_take_long_steps() -> None:
+    text = (
+        SWING
+        + "force 1 N*max(0, time/(1 s) - 1) on z;parameter k = 1 N;force k*tanh(z/(1 m)) on z;experiment(stop = 10 s);"
+    )
+    found = mechc.loads(text).ensemble("k = {1, 2} N", "final(z)")
+    assert not found.remarks
+    assert found.steps.max() < 200

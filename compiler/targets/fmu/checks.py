@@ -192,8 +192,8 @@ def native_motion(start: Start, method: str, count: int, end: float | None = Non
 
     ``end``: the last time; the stop without it. Where the model ends the run, that is the last time.
     """
-    # output within steps would make the solver take shorter ones
-    case = replace(start.case, grid=start.case.grid[:1])
+    # output within steps would make the solver take shorter ones; units do not end steps at kinks and points of tables of time
+    case = replace(start.case, grid=start.case.grid[:1], problem=replace(start.case.problem, timed_points=()))
     hybrid = start.problem.hybrid
     step = ((case.stop if end is None else end) - case.begin) / count
     times = [case.begin]

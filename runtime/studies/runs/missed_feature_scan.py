@@ -14,7 +14,7 @@ from msgspec.structs import replace
 
 from ...case import Case, Progress
 from ...integrate.trajectory import DenseOutput, Trajectory
-from ...limits_of_time import LOOKS
+from ...limits_of_time import LOOKS, PLACES_IN_A_STEP
 from ...outcome import time_text
 from ...results.consistency import Check
 from ...results.evaluate import evaluate_rows
@@ -33,9 +33,9 @@ ROUNDS = 3
 COSTLY, MOST_STEPS = 200_000, 1e-5
 """Steps of a repeated run at most: the first one stands if that takes more, and says so. No step is made shorter than the second
 share of the run."""
-SUSPICIOUS, PLACES_IN_A_STEP = 1e3, 12
-"""Errors of more tolerances may be those of a companion that has passed over something; so many places that the run was looked at lie in
-each of the steps that it takes then."""
+SUSPICIOUS = 1e3
+"""Errors of more tolerances may be those of a companion that has passed over something: it takes steps in which there are few of the
+places that the run was looked at."""
 BESIDE = 0.4
 """Share of the way to the next place over which the polynomial of a step is differentiated: nowhere beyond its ends, where a jump
 may be."""
