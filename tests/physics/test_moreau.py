@@ -457,6 +457,6 @@ def test_what_closes_and_opens_fires(what: str, more: str, stop: float) -> None:
         np.array([e.time for e in run.events if e.kind == "when" and "closed" in e.name])
         for run in (events, steps)
     ]
-    assert len(times[0]) == len(times[1]) >= 2
+    assert len(times[0]) == len(times[1]) >= 1
     assert np.abs(times[0] - times[1]).max() < 5e-3
     assert [steps[n][-1] for n in "ud"] == [events[n][-1] for n in "ud"]

@@ -92,6 +92,14 @@ int mech_branches_rise(mech_solver *s)
     return rises;
 }
 
+void mech_branches_hold(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    if (!s->model->hybrid->n_branches) return;
+    mech_branches_read(s, e->held_new);
+    for (int k = 0; k < s->model->hybrid->n_branches; k++) e->held[k] = mech_max(e->held[k], e->held_new[k]);
+}
+
 int mech_branches_begin(mech_solver *s)
 {
     const mech_hybrid *h = s->model->hybrid;

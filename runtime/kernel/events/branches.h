@@ -13,5 +13,7 @@ int mech_branches_begin(mech_solver *s);
 int mech_branches_fire(mech_solver *s, int first, int last, int scheduled, int *changed);
 /* Whether a condition has begun to hold within a step that solved for contacts; those that have ceased to are noted. */
 int mech_branches_rise(mech_solver *s);
+/* Notes those that hold when such steps begin: they fire once they have ceased to. */
+void mech_branches_hold(mech_solver *s);
 
 #endif

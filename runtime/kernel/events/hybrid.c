@@ -316,14 +316,26 @@ static int try_and_locate(mech_solver *s, mech_real limit, mech_real *t_new, mec
     }
 }
 
-/* What holds when a run begins, for laws that ask: what a step from there would find. */
+/* What a step that solved for contacts has found of them. */
+static void tell_contacts(mech_solver *s)
+{
+    if (s->model->hybrid->crowd) {
+        s->method->tell(s, s->events->z);
+    } else {
+        const mech_real *rates, *impulses = s->method->impulses(s, &rates);
+        mech_contact_modes_tell(s, impulses, rates);
+    }
+}
+
+/* What holds when a run begins, for laws and conditions that ask: what a step from there would find. */
 static void look_ahead(mech_solver *s, mech_real limit)
 {
     const mech_report *r = &s->run->report;
-    if (!s->method->impulses || !s->model->hybrid->n_told || r->steps) return;
+    const mech_hybrid *h = s->model->hybrid;
+    if (!s->method->impulses || r->steps || !(h->n_told || h->n_branches)) return;
     if (s->method->attempt(s, mech_min(r->dt, limit - r->t)) <= 1) {
-        const mech_real *rates, *impulses = s->method->impulses(s, &rates);
-        mech_contact_modes_tell(s, impulses, rates);
+        tell_contacts(s);
+        mech_branches_hold(s);
     }
     s->method->begin(s, 1);
 }
@@ -370,13 +382,10 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     const int stop = run->next_stop;
     if (s->history && (status = mech_history_keep(s, h))) return status;
     status = mech_step_accept(s, t_new, h);
-    if (!status && s->method->impulses && s->model->hybrid->crowd) {
-        s->method->tell(s, e->z);
-    } else if (!status && s->method->impulses) {
-        const mech_real *rates, *impulses = s->method->impulses(s, &rates);
-        mech_contact_modes_tell(s, impulses, rates);
+    if (!status && s->method->impulses) {
+        tell_contacts(s);
+        rises = mech_branches_rise(s); /* what is closed changes without an event */
     }
-    if (!status && s->method->impulses) rises = mech_branches_rise(s); /* what is closed changes without an event */
     if (!status && s->history && run->next_stop > stop) status = mech_history_stop(s);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
