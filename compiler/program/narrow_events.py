@@ -124,9 +124,13 @@ def _within(graph: Graph, function: Function) -> list[Node]:
     if function.name != "indicators":
         return list(function.outputs)
     found: list[Node] = []
+    seen: set[Node] = set()
     left = list(function.outputs)
     while left:
         n = left.pop()
+        if n in seen:
+            continue
+        seen.add(n)
         code, arguments = graph.op(n), graph.args(n)
         if code in (SELECT, SUB, NEG, ABS):
             left += arguments

@@ -42,6 +42,8 @@ MOST_POINTS, MOST_ROWS = 64, 40_000
 """Times at which derivatives of the checks are taken, and states that are evaluated for them."""
 MOST_NUMBERS = 1_000_000
 """Numbers of such states that are there at once."""
+FEWEST = 100
+"""Steps whose rounding is allowed for where there are fewer: each of these holds many operations."""
 SHARE = 1e-6
 """Of the size of a state: the step of a derivative; it is longer where the error is."""
 CONDITION = 1e5
@@ -265,7 +267,7 @@ def scales(
     chosen = np.linspace(0, pair.count - 1, min(count, pair.count)).astype(int)  # at least 1 apart
     t, y, z = pair.ours(chosen)
     names = [q.name for q in problem.states]
-    floor = EPSILON * np.sqrt(max(pair.steps, 1))  # rounding adds up like a random walk
+    floor = EPSILON * np.sqrt(max(pair.steps, FEWEST))  # rounding adds up like a random walk
     size = np.array([estimate.nominal[n] for n in names]) + np.abs(y)
     error = np.array([estimate.by_state[n] for n in names]) * size
     # a check of what depends on time feels the rounding of time

@@ -145,7 +145,7 @@ def test_rounding_of_what_rests_on_a_contact_is_no_size() -> None:
         "contact floor: y friction 0.33 along der(x - 1.63 m/s*abs(time - 0.11 s));experiment(stop = 1 s);"
     )
     run = mechc.loads(text).simulate(method="taylor", tolerance=1e-9)
-    assert run.remarks == ()
+    assert [r for r in run.remarks if not r.startswith("looked for narrow events")] == []
     assert run.accuracy.error is not None
     assert run.accuracy.error.largest < 1e-9
 
