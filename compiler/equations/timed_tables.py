@@ -35,7 +35,7 @@ def timed_tables(
         if line is not None:
             points[key] = None
             arguments += line
-    for x in _kinks(graph, rates, _known(system)):
+    for x in _kinks(graph, rates, _known(system), system.symbols.time):
         line = _line_of_time(system, x)
         if line is not None and (x, KINK) not in points:
             points[x, KINK] = None
@@ -46,15 +46,20 @@ def timed_tables(
 KINK = TimedPoints((0.0,), (1.0,))
 
 
-def _kinks(graph: Graph, rates: Sequence[Node], known: Set[Node]) -> list[Node]:
-    """Return what is zero where sizes, least and largest values of what is ``known`` alone may bend."""
+def _kinks(graph: Graph, rates: Sequence[Node], known: Set[Node], time: Node) -> list[Node]:
+    """Return what is zero where sizes, least and largest values of time and of what is ``known`` may bend."""
     if not graph.reached_with(rates, {ABS, MINIMUM, MAXIMUM}):
         return []
-    kinks = [
-        n
-        for n in graph.reach(rates)
-        if graph.op(n) in (ABS, MINIMUM, MAXIMUM) and set(graph.support(n)) <= known
-    ]
+    kept, timed = set(known), {time}
+    kinks = list[Node]()
+    for n in graph.reach(rates):
+        args = graph.args(n)
+        if args and all(a in kept or graph.is_constant(a) for a in args):
+            kept.add(n)
+            if not timed.isdisjoint(args):
+                timed.add(n)
+                if graph.op(n) in (ABS, MINIMUM, MAXIMUM):
+                    kinks.append(n)
     return [x for n in kinks for x in bends_of(graph, graph.op(n), graph.args(n)) or ()]
 
 
