@@ -62,3 +62,15 @@ def test_what_lifts_off_and_comes_back() -> None:
     further = "force if time > 0.1 s and time < 0.2 s then 19.62 N else 0 N on y;"
     found = mechc.loads(_text("closed(c)", further=further)).simulate(estimate_error=False)
     assert [e.time for e in found.events if e.kind == "when"] == pytest.approx([0.3 + 0.1 * 2**0.5])
+
+
+STEP = (
+    "coordinate Length x = -80 mm; initial der(x) = 1.44 m/s; kinetic 1/2*0.96 kg*der(x)^2;\n"
+    "potential (if x < 0 m then 0 J else -0.41 J); discrete Integer n = 0;\n"
+    "when time > 0 s then n := n + 1; end when; experiment(stop = 0.1 s);\n"
+)
+
+
+def test_what_turns_true_right_after_the_start_acts_beside_a_step_of_a_potential() -> None:
+    found = mechc.loads(STEP).simulate(estimate_error=False)
+    assert [(e.time, e.name) for e in found.events] == [(0, "time > 0 s"), (pytest.approx(1 / 18), "potential")]

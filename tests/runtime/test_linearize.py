@@ -395,7 +395,7 @@ BENDS = {
 def test_examples_against_differences(path: Path) -> None:
     """Second differences of step 1e-6 are off by rounding over the step, 1e-10, times what conditions the rates."""
     model = mechc.load(path)
-    problem = model.problem(parts=Linearize.needs)
+    problem = model.problem(parts=Linearize.needs, quick=True)
     site = site_of(problem, SimulationOptions(values=model.settings), Place())
     try:
         off = differences(site, site.y)
@@ -435,7 +435,7 @@ LOSES_DIGITS = {
 @pytest.mark.parametrize("path", [p for p in EXAMPLES if p.stem not in BENDS], ids=lambda p: p.stem)
 def test_examples_at_their_equilibria_against_differences(path: Path) -> None:
     model = mechc.load(path)
-    problem = model.problem(parts=Linearize.needs)
+    problem = model.problem(parts=Linearize.needs, quick=True)
     if problem.ny > 60 or path.stem in LOSES_DIGITS:
         assert path.stem not in RESTING
         return

@@ -78,7 +78,9 @@ static void read_held(mech_solver *s)
             choose_modes(s);
         }
     }
+    const int before = mech_schedule_begin_before(s);
     mech_branches_read(s, e->held);
+    if (before) mech_schedule_set(s, 0);
     if (!rests) return;
     memcpy(s->y, e->y_before, (size_t)s->ny * sizeof(mech_real));
     for (int k = 0; k < m->hybrid->n_switches; k++) { /* these are found */
@@ -136,11 +138,7 @@ int mech_begin_look(mech_solver *s)
             return mech_fail(s, MECH_PENETRATION, i);
         }
     if (h->initial >= 0) e->z[h->initial] = 0;
-    if (h->n_branches) {
-        const int before = mech_schedule_begin_before(s);
-        read_held(s);
-        if (before) mech_schedule_set(s, 0);
-    }
+    if (h->n_branches) read_held(s);
     if (h->initial >= 0) e->z[h->initial] = 1;
     return MECH_RUNNING;
 }
