@@ -242,6 +242,31 @@ def test_what_has_no_period_is_refused() -> None:
         example("pendulum").period(energy="3 N")
 
 
+@pytest.mark.parametrize(
+    "more",
+    [
+        "state w = 0; equation der(w) = x - w; force -2*w on x;",  # a force that lags: the rest is unstable
+        "state w = 0; equation der(w) = x; potential w*x;",
+        "coordinate w = 0; damping 2 on w; potential 1/2*5*(x - w)^2;",  # without mass: a state
+    ],
+)
+def test_what_moves_in_further_states_has_no_period(more: str) -> None:
+    """The states begin at rest where they do nothing, and the integral would take them as constant."""
+    text = ONE.format(potential="x^2", start=1, mass="m").replace("end", more + " end")
+    with pytest.raises(mechc.SimulationError, match="states of first order beside its coordinates: w"):
+        mechc.loads(text).period()
+
+
+def test_a_state_that_only_follows_does_not_matter() -> None:
+    text = ONE.format(potential="x^2", start=1, mass="m")
+    own, followed = (
+        mechc.loads(text.replace("end", more + " end")).period()
+        for more in ("", "state w = 0; equation der(w) = x;")
+    )
+    assert followed["period"] == own["period"]
+    assert any("w: left out" in remark for remark in followed.remarks)
+
+
 WELLS = "-1/2*x^2 + 1/4*x^4"
 """Two wells, with an unstable rest between them whose energy is 0."""
 

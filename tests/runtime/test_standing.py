@@ -194,6 +194,24 @@ def test_the_region_says_what_changes_the_energy(more: str, words: str) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("more", "named"),
+    [
+        ("coordinate Length y = 0 m; kinetic 1/2*1 kg*der(y)^2;", ""),  # y does not matter
+        ("coordinate Length y = 1 m; kinetic 1/2*1 kg*der(y)^2; potential 1 N/m*x*y;", "y"),
+        ("coordinate Length w = 0 m; damping 2 N.s/m on w; potential 1/2*5 N/m*(x - w)^2;", "w"),
+        ("state w = 0; equation der(w) = x/(1 m.s); potential 1 N*x*w;", "w"),
+        ("state w = 0; equation der(w) = x/(1 m.s);", ""),
+    ],
+)
+def test_the_region_says_what_it_holds(more: str, named: str) -> None:
+    """Over x alone the region is a section; with y free, x reaches farther than at the y of the start."""
+    found = asked(spring(more), "energy", over="x = -4 m .. 4 m")
+    said = [remark for remark in found.remarks if "the energy depends on" in remark]
+    assert len(said) == bool(named) and all(f"depends on {named}, too" in remark for remark in said)
+    assert not (named and any("shrinks within" in remark for remark in found.remarks))
+
+
 def test_the_energy_at_rest_switches_with_the_place() -> None:
     """One spring of 10 N/m on the right, one of 40 N/m on the left: at 5 J from -1/2 to 1."""
     model = mechc.loads(

@@ -41,6 +41,13 @@ class Effective:
                 f"'{name}' has constraints or rotations: a period by integration needs coordinates that are free",
                 help="'orbit' finds its period from the motion",
             )
+        states = [problem.states[k].name for k in problem.own if k >= 2 * problem.nq]
+        if states:
+            raise SimulationError(
+                f"'{name}' moves in states of first order beside its coordinates: {', '.join(states)}: no period follows "
+                "from its energies",
+                help="'orbit' finds the periodic motions that it has",
+            )
         outputs = [quantity.name for quantity in problem.outputs]
         if KINETIC not in outputs or problem.nq == 0:
             raise SimulationError(f"'{name}' has no kinetic energy, so no period follows from its energies")

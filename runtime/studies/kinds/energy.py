@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
 from typing import Annotated
 
@@ -30,6 +30,8 @@ GRID = 241
 HEIGHTS = 2.0
 """Of the depth below the level, above and below it, that a picture over one coordinate shows."""
 
+LOOKS, UNMOVED = 8, 1e-12
+"""Places at which it is looked whether the energy depends on what is not shown, and the share of it that is rounding."""
 CURVES = 8
 """Zero-velocity curves beside that of the energy asked for."""
 
@@ -91,7 +93,7 @@ class Energy(Study, frozen=True, kw_only=True):
             + " wide are passed over",
             remarks=(
                 *_open(axis, len(intervals), open_ends),
-                *rest.remarks(),
+                *rest.remarks({k: axis}),
             ),
             tables=(
                 Table(
@@ -138,7 +140,7 @@ class Energy(Study, frozen=True, kw_only=True):
         low, high = map(float, np.quantile(finite, [0.02, 0.8]) if len(finite) else (0.0, 0.0))
         others = tuple(map(float, np.linspace(low, high, CURVES))) if high > low else ()
         remarks = ["the region reaches the edge of the picture"] if touches else ["the region is bounded"]
-        remarks += rest.remarks()
+        remarks += rest.remarks({i: axes[0], j: axes[1]})
         return Findings(
             study="energy",
             model=problem.name,
@@ -204,10 +206,36 @@ class _Rest:
         z = switched(self.site, y).z
         return float(case.functions.phase(case.begin, y, self.u, z, case.p)[self.place])
 
-    def remarks(self) -> tuple[str, ...]:
-        """Say what keeps the region from being where the motion can go."""
+    def held(self, shown: Mapping[int, Range]) -> list[str]:
+        """Name the other coordinates and the states by which the energy at rest changes somewhere in the picture."""
+        problem, width, random = self.case.problem, Sampler(self.case).width, np.random.default_rng(0)
+        base = np.tile(self.case.y0, (LOOKS, 1))
+        base[:, problem.nq : problem.nq + problem.nv] = 0.0
+        for k, axis in shown.items():
+            base[:, k] = random.uniform(axis.low, axis.high, LOOKS)
+        before = np.array([self.energy(y) for y in base])
+        names = []
+        for k in problem.own:
+            if k in shown or problem.nq <= k < problem.nq + problem.nv:
+                continue
+            moved = base.copy()
+            moved[:, k] += width[k] * random.uniform(0.1, 1.0, LOOKS)
+            after = np.array([self.energy(y) for y in moved])
+            if (np.abs(after - before) > UNMOVED * (np.abs(after) + np.abs(before))).any():
+                names.append(problem.states[k].name)
+        return names
+
+    def remarks(self, shown: Mapping[int, Range]) -> tuple[str, ...]:
+        """Say what keeps the region over these coordinates from being where the motion can go."""
         problem = self.case.problem
         found = list(moving_inputs(self.site))
+        held = self.held(shown)
+        if held:
+            which, move = ("it is", "moves") if len(held) == 1 else ("they are", "move")
+            found.append(
+                f"the energy depends on {', '.join(held)}, too: the region is that for where {which} at the start, and "
+                f"changes as {'it' if len(held) == 1 else 'they'} {move}"
+            )
         rows = problem.hybrid.rows if problem.hybrid is not None else ()
         walls = [rows[k].name for k in contacts(self.site)]
         if walls:
@@ -218,9 +246,8 @@ class _Rest:
         _, dissipated, supplied = problem.energy_balance or (-1, -1, -1)
         if dissipated >= 0:
             why = " by friction" if any(row.kind == "friction" for row in rows) else ""
-            found.append(
-                f"energy is dissipated{why}: the motion stays in a region that shrinks within this one"
-            )
+            shrinks = "" if held else ": the motion stays in a region that shrinks within this one"
+            found.append(f"energy is dissipated{why}{shrinks}")
         if supplied >= 0:
             found.append("energy is supplied: the motion may leave this region")
         return tuple(found)

@@ -49,6 +49,7 @@ class Period(Study, frozen=True, kw_only=True):
     others are cyclic."""
 
     unused = OF_A_MOTION
+    of_own_states = True
     needs: ClassVar[frozenset[str]] = frozenset(
         {"bends"}
     )  # energies have one formula on both sides of a kink
