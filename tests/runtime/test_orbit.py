@@ -315,6 +315,23 @@ end Chain;
 """
 
 
+def test_a_free_body_is_neither_stable_nor_unstable() -> None:
+    """Euler's top is integrable: every multiplier is 1, in blocks of two that share a vector, and errors part them."""
+    text = """
+model Free
+  coordinate Rotation R = rotz(30 deg)*rotx(20 deg);
+  initial der(R) = {1, 2, 0.1} rad/s;
+  frame body = world*R;
+  inertia diag({1, 2, 3} kg.m^2) on body;
+  experiment(stop = 10 s);
+end Free;
+"""
+    found = mechc.loads(text).orbit()
+    multipliers = np.array(found.details["multipliers"]) @ (1, 1j)
+    assert found.details["stable"] is None and "neutral" in found.message
+    assert (np.abs(multipliers - 1) <= found.details["multiplier_errors"]).all()
+
+
 def test_the_least_period_is_told() -> None:
     """A chain comes near to its start after six swings of its slowest mode, 2 pi/sqrt(5 (2 - sqrt 2)) s each."""
     found = mechc.loads(CHAIN).orbit().summary()

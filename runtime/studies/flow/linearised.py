@@ -303,12 +303,18 @@ def sizes(problem: Problem, nominal: Array) -> Array:
     return np.where(found > 0, found, 1.0)
 
 
+NEARLY_ONE, BESIDE = 1e-3, 0.02
+"""Of an eigenvalue: |x* y| of its left and right vectors below which it may be part of a double one with a single vector, and the share
+of the distance to the next one above which an error may have parted them."""
+
+
 def multipliers(found: LinearMap) -> tuple[Array, Array]:
     """Give the eigenvalues [r] of a linear map, the largest first, and how far each may be off [r].
 
     Of a simple eigenvalue the change is |x* E y| / |x* y| with its left and right vectors; where that is larger than
-    the root of the error, as for those that coincide, the root. No entry is taken for better known than all of them are
-    relative to the sizes of its row and column.
+    the root of the error, as for those that coincide, the root. So for those that share nearly one vector and lie no farther
+    apart than errors of this size part a double one: of these, the change is half of the distance at most. No entry is taken
+    for better known than all of them are relative to the sizes of its row and column.
     """
     from scipy.linalg import eig
 
@@ -321,7 +327,10 @@ def multipliers(found: LinearMap) -> tuple[Array, Array]:
     with np.errstate(divide="ignore", invalid="ignore"):
         simple = np.einsum("ij,ik,kj->j", np.abs(left), entries, np.abs(right)) / condition
     simple = np.where(np.isfinite(simple), simple, np.inf)
-    errors = np.minimum(simple, np.sqrt(noise * size))
+    apart = np.abs(values[:, None] - values) + np.diag(np.full(len(values), np.inf))
+    parted = (condition < NEARLY_ONE) & (simple > BESIDE * apart.min(axis=1, initial=np.inf))
+    errors = np.where(parted, np.inf, simple)
+    errors = np.minimum(errors, np.sqrt(noise * size))
     order = np.lexsort((-values.imag, -np.abs(values)))
     return values[order], errors[order]
 
