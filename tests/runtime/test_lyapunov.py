@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from pathlib import Path
 from typing import Any
 
@@ -296,3 +297,21 @@ def test_a_belt_that_starts_where_it_sticks() -> None:
 def test_changes_of_which_nothing_is_left() -> None:
     found = mechc.loads("model M dimensionless; coordinate x = 0; initial der(x) = 1; kinetic 1/2*der(x)^2; friction 0.5 on x; experiment(stop = 20); end M;").lyapunov(time=100)  # fmt: skip
     assert found.summary()["exponents"][1] is None and abs(found.summary()["exponents"][0]) < 1e-6
+
+
+def test_what_friction_brings_to_rest_is_told_so() -> None:
+    """The places at which a block sticks lie beside each other: a change of its start moves it from one to another."""
+    text = """
+model Block
+  coordinate Length x = 1 m;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*16 N/m*x^2;
+  friction 0.3 N on x;
+  experiment(stop = 5 s);
+end Block;
+"""
+    begun = time.process_time()
+    found = mechc.loads(text).lyapunov()
+    assert "comes to rest" in found.message and "goes on" not in found.message
+    assert found.details["exponents"][0] == 0 and found.details["exponents"][1] is None
+    assert time.process_time() - begun < 20  # it took all of its 45 s, as nothing else ended it

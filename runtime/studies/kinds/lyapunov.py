@@ -165,7 +165,7 @@ def _one_by_one(problem: Problem, study: Lyapunov) -> Ensemble:
                 method, tolerance = plan.method.name, plan.case.tolerance
                 span = study.time or plan.case.stop - plan.case.begin
                 one = replace(options, count=1, time=span, progress=None)
-                times, growth, outcome, message = _followed(problem, one, plan, interrupted)
+                times, growth, outcome, message, _ = _followed(problem, one, plan, interrupted)
             except SimulationError as failure:
                 times, outcome, message = np.full(1, np.nan), Outcome.FAILED, failure.message
             if outcome is Outcome.INTERRUPTED:
@@ -197,8 +197,8 @@ def _one_by_one(problem: Problem, study: Lyapunov) -> Ensemble:
 
 def _followed(
     problem: Problem, study: Lyapunov, plan: Plan, interrupted: Callable[[], bool]
-) -> tuple[Array, Array, Outcome, str]:
-    """Give times [n] and the logarithms of growth up to them [n, k], without the settling, and how it ended."""
+) -> tuple[Array, Array, Outcome, str, bool]:
+    """Give times [n] and the logarithms of growth up to them [n, k], without the settling, how it ended, and whether at rest."""
     linear = Linearised(plan)
     plan = _off_surfaces(plan, linear)
     case = plan.case
@@ -210,7 +210,7 @@ def _followed(
     if study.time is not None:
         if study.time < BATCHES * interval / STEPS:
             message = f"the motion is too short to tell an exponent: say a longer --time than {study.time:g}"
-            return np.zeros(1), np.zeros((1, count)), Outcome.FAILED, message
+            return np.zeros(1), np.zeros((1, count)), Outcome.FAILED, message, False
         longest = min(longest, study.time / (MOST_SHARE * BATCHES))
         interval = min(interval, longest)
     carrier = _Carrier(plan, linear, count)
@@ -243,7 +243,9 @@ def _followed(
             late = clock.process_time() - begun > SECONDS and len(times) > 8 * BATCHES
             if study.time is None and (until > looked or late):
                 told = _of_what_is_left(times, growth, losses)
-                if np.isneginf(told[-1]).all():
+                if np.isneginf(told[-1]).all() or (
+                    goes_on and _still(plan, carrier.time, carrier.y, carrier.z)
+                ):
                     break
                 means, halves = estimated(np.array(times), told[:, np.isfinite(told[-1])])
                 wanted = (STABLE if means[0] < 0 else WANTED) * abs(means[0])
@@ -263,7 +265,8 @@ def _followed(
         outcome, message = Outcome.FAILED, str(ended)
     finally:
         carrier.close()
-    return np.array(times), _of_what_is_left(times, growth, losses), outcome, message
+    still = not depends_on_time(plan) and _still(plan, carrier.time, carrier.y, carrier.z)
+    return np.array(times), _of_what_is_left(times, growth, losses), outcome, message, still
 
 
 def _of_what_is_left(times: Sequence[float], growth: Sequence[Array], losses: Sequence[Array]) -> Array:
@@ -503,14 +506,23 @@ def _at_rest(plan: Plan) -> bool:
     case = plan.case
     if case.problem.hybrid is not None or depends_on_time(plan):
         return False
-    slope = case.functions.rhs(case.begin, case.y0, inputs_at(case, case.begin), case.z, case.p)
+    return _still(plan, case.begin, case.y0, case.z)
+
+
+def _still(plan: Plan, t: float, y: Array, z: Array) -> bool:
+    """Whether nothing changes in a state, but for rounding."""
+    case = plan.case
+    slope = case.functions.rhs(t, y, inputs_at(case, t), z, case.p)
     moves = list(case.problem.own)
     span = case.stop - case.begin
     return bool((np.abs(slope[moves]) * span <= RESTING * plan.nominal[moves]).all())
 
 
-def _near_zero(problem: Problem, plan: Plan, means: Array, halves: Array, factor: float) -> str:
-    """Say what exponents [k] tell of which the largest one may be zero; ``factor``: mean exponential growth of its neighbours."""
+def _near_zero(plan: Plan, means: Array, halves: Array, factor: float, *, still: bool) -> str:
+    """Say what exponents [k] tell of which the largest one may be zero; ``factor``: mean exponential growth of its neighbours;
+    ``still``: the motion ends at rest."""
+    if still:
+        return "stable: the motion comes to rest, and changes of its start neither grow nor vanish: beside it are further places of rest"
     if len(means) > 1 and means[1] < -2 * halves[1] and not depends_on_time(plan):
         others = (
             f"negative, of which the largest is {means[1]:.5g}" if np.isfinite(means[1]) else "minus infinity"
@@ -525,7 +537,14 @@ def _near_zero(problem: Problem, plan: Plan, means: Array, halves: Array, factor
 
 
 def _findings(
-    problem: Problem, study: Lyapunov, plan: Plan, times: Array, growth: Array, outcome: Outcome, message: str
+    problem: Problem,
+    study: Lyapunov,
+    plan: Plan,
+    times: Array,
+    growth: Array,
+    outcome: Outcome,
+    message: str,
+    still: bool,
 ) -> Findings:
     lost = np.isneginf(growth[-1])
     # fewer only where the motion failed or was interrupted, or where nothing is left of any change
@@ -554,7 +573,7 @@ def _findings(
             f"{growing}: the largest exponent is {first:.5g}" if told and first > 0
             else "stable: all exponents are minus infinity" if np.isneginf(first)
             else f"stable: the largest exponent is {first:.5g}" if first < -2 * half
-            else _near_zero(problem, plan, means, halves, factor)
+            else _near_zero(plan, means, halves, factor, still=still)
         )  # fmt: skip
         if told and first > 0 and not rests and (dimension := _dimension(means, halves)) is not None:
             values.append(Value("dimension", "", *dimension))
