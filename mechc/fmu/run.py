@@ -15,6 +15,7 @@ from msgspec import Struct
 from ..compiler.targets.fmu.archive import archive_findings
 from ..compiler.targets.fmu.arrays import element_names, flattened
 from ..compiler.targets.fmu.inspect import KINDS, kinds_of
+from ..compiler.targets.fmu.table import BETWEEN_ROWS
 from ..lang.units import UnitError, parse_unit
 from ..requests.input_tables import factor_of
 from ..requests.parse_values import UsageMistake, read_value_of, unknown_name
@@ -166,28 +167,43 @@ def input_signals(description: Any, files: Mapping[str, str | TableFile]) -> Any
 
         rates = [f"der({name})", f"der({name},2)"]
         drives = known.keys() >= set(rates) and not files.keys() & set(rates)
-        kind = "spline" if drives else "linear"
+        kind = "spline" if drives else _interpolation(known[name].description or "")
         tables |= read_tables(sheet_of_file(file).without_repeats(), {name: kind}, convert, column=name)
         if drives:  # as 'mechc run' has them
             tables |= zip(rates, derivatives(tables[name]), strict=True)
-    times = next(iter(tables.values())).times
-    if any(not np.array_equal(table.times, times) for table in tables.values()):
-        times = np.unique(np.concatenate([table.times for table in tables.values()]))
-        if jumping := [n for n, table in tables.items() if (np.diff(table.times) == 0).any()]:
-            raise UsageMistake(
-                f"the table of '{jumping[0]}' has jumps, and others have other times",
-                "give all the same times",
-            )
+    times = np.unique(np.concatenate([table.times for table in tables.values()]))
     if any(
         table.interpolation == "spline" for table in tables.values()
     ):  # fmpy draws straight lines between rows
         between = np.linspace(0, 1, WITHIN_A_ROW, endpoint=False)
         times = np.append((times[:-1, None] + np.diff(times)[:, None] * between).ravel(), times[-1])
-    rows = np.zeros(times.size, dtype=[("time", np.float64), *((name, np.float64) for name in tables)])
-    rows["time"] = times
-    for name, table in tables.items():
-        rows[name] = table.values if table.times.size == times.size else table(times)
+    before = {name: _before(table, times) for name, table in tables.items()}
+    jumps = np.any([before[name] != table(times) for name, table in tables.items()], axis=0)
+    first = np.arange(times.size) + np.cumsum(jumps) - jumps  # rows that come before the jump
+    rows = np.zeros(
+        times.size + int(jumps.sum()), dtype=[("time", np.float64), *((n, np.float64) for n in tables)]
+    )
+    for name, values in (("time", times), *((name, table(times)) for name, table in tables.items())):
+        rows[name][first + jumps] = values
+        rows[name][first] = before.get(name, times)
     return rows
+
+
+def _interpolation(description: str) -> str:
+    """Return how a model says, in the description of an input, that tables of it are read."""
+    _, _, words = description.partition(f"({BETWEEN_ROWS}")
+    kind = words.partition(")")[0]
+    return kind if kind in ("step", "spline") else "linear"
+
+
+def _before(table: Table, times: Array) -> Array:
+    """Return the values of a table just before times, which are others than at them where it jumps."""
+    values = table(times)
+    if table.interpolation == "spline" or table.times.size == 1:
+        return values
+    row = np.minimum(np.searchsorted(table.times, times), table.times.size - 1)  # the first at these times
+    at = (row > 0) & (table.times[row] == times)
+    return np.where(at, table.values[np.maximum(row - (table.interpolation == "step"), 0)], values)
 
 
 def _start(variable: Any, text: str) -> str | float:

@@ -205,6 +205,10 @@ def _list_rates(listing: Listing) -> tuple[int, ...]:
     return tuple(derivatives)
 
 
+BETWEEN_ROWS = "between rows of a table: "
+"""Before the interpolation that the model states for an input, in its description."""
+
+
 def _list_inputs(listing: Listing) -> None:
     """List the inputs, and those that drive together with their derivatives."""
     inputs = listing.equations.inputs
@@ -223,6 +227,8 @@ def _list_inputs(listing: Listing) -> None:
             name = listing.names.new(f"der({inputs[of].name})" if order == 1 else f"der({inputs[of].name},2)")
             words = f"derivative {order} of the input '{inputs[of].name}', which drives a coordinate: set all three"
             entry = replace(entry, doc=words)
+        elif entry.interpolation != "linear":  # FMI has no place for it, and importers draw straight lines
+            entry = replace(entry, doc=f"{entry.doc} ({BETWEEN_ROWS}{entry.interpolation})".strip())
         listing.add(Slot("u", i), entry, name=name, causality="input", initial="", start=value)
 
 
