@@ -106,7 +106,7 @@ def input_tables(
         found = read_tables(sheet, interpolations, convert, column=alone)
         if missing := [name for name in elements if name not in found]:
             raise SimulationError(
-                f"the table {sheet.path} has no column '{missing[0]}', which '{name}' stands for too"
+                f"{sheet.path} has no column '{missing[0]}', which '{name}' stands for too"
             )
         source = str(sheet.path)
         remarks += sheet.remarks

@@ -370,6 +370,8 @@ def test_a_written_input_is_read_again(tmp_path: Path) -> None:
     assert both["u[1]"][-1] == 3 and both["u[2]"][-1] == 2
     with pytest.raises(mechc.SimulationError, match=r"has no column 'u\[2\]', which 'u' stands for too"):
         model.simulate(inputs={"u": str(tmp_path / "u.csv")})
+    with pytest.raises(mechc.SimulationError, match=r"^the data has no column 'u\[2\]'"):
+        model.simulate(inputs={"u": ([0, 1], [1, 1])})
 
 
 CELLS = """

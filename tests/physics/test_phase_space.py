@@ -236,3 +236,18 @@ def test_momenta_that_are_constant_beside_large_terms() -> None:
     found = model.hamilton().summary()
     assert found["H"] == "1/2*x[1]^2 + 1/2*p_x[1]^2/m[1] + 1/2*p_x[2]^2/m[2]"
     assert found["equations"]["der(p_x[2])"] == "0" and found["equations"]["der(p_x[1])"] == "-x[1]"
+
+
+def test_the_equations_of_a_rotation_name_its_angular_velocity() -> None:
+    """Euler's equations: der(R)[1] = p_1/J_1, and p' = p x w; der(R[1]) would be the rate of a number of the quaternion."""
+    text = """
+model Free
+  coordinate Rotation R = rotx(20 deg);
+  initial der(R) = {1, 2, 0.1} rad/s;
+  frame body = world*R;
+  inertia diag({1, 2, 3} kg.m^2) on body;
+end Free;
+"""
+    equations = mechc.loads(text).hamilton().details["equations"]
+    assert equations["der(R)[2]"] == "1/2*p_R[2]" and equations["der(p_R[2])"] == "2/3*p_R[1]*p_R[3]"
+    assert not any(name.startswith("der(R[") for name in equations)

@@ -75,9 +75,8 @@ class Hamilton(Study, frozen=True, kw_only=True):
             if root:
                 equations[0] = HamiltonEquation("H", root, squared.off)
         turning = {i + k for i in problem.rotations for k in range(4)}
-        for i in range(n):
-            name = names[i].removeprefix("p_")
-            equations.append(fit.over(f"der({name})", partial(_rate_of, problem.nq + i), 1, root, energy))
+        for k in range(problem.nq, problem.nq + n):  # of a rotation the angular velocity, der(R)[1]
+            equations.append(fit.over(problem.states[k].name, partial(_rate_of, k), 1, root, energy))
         for i, k in enumerate(momenta):
             equations.append(fit.over(f"der({names[i]})", partial(_slope_of, k), 2, root, energy))
         definitions = [
@@ -101,7 +100,9 @@ class Hamilton(Study, frozen=True, kw_only=True):
             kept = ", ".join(names[i] for i in cyclic)
             tables.append(
                 Table(
-                    f"Routh's function, {kept} constant", (("", ""), ("", "")), ((routh.left, routh.right),)
+                    f"Routh's function, {kept} constant",
+                    (("", ""), ("", "")),
+                    ((routh.left, routh.right or "no short formula in the span"),),
                 )
             )
         return Findings(
