@@ -161,3 +161,8 @@ end Slanted;
     exact = 2 * np.arctan(1 / np.array([0.2, 3.0]))
     assert found["impact_parameter"] == pytest.approx([0.2, 3], rel=1e-10)
     assert found["cross_section"] == pytest.approx(0.25 / np.sin(exact / 2) ** 4, rel=1e-7)
+
+
+def test_one_motion_has_no_column_of_starts() -> None:
+    found = mechc.loads(PARTICLE.format(force="potential 1/sqrt(x^2 + y^2)")).scattering()
+    assert "start" not in str(found) and "nan" not in str(found)

@@ -177,3 +177,21 @@ end Ball;
     assert [one["parameter"]["h"] for one in found] == [pytest.approx(25 / (2 * 9.81), rel=1e-10)]
     assert found[0]["above"] and not found[0]["below"]
     assert not ball.threshold(over="h = 0.5 m .. 1.2 m, 3", reaches=f"der(y) = {level}").details["thresholds"]
+
+
+def test_a_level_on_which_a_wall_stands_is_reached_by_every_impact() -> None:
+    """A block slides to the wall from v = sqrt(2 mu g d) on; at impacts rounding decides on which side of d it is."""
+    text = """
+model Block
+  parameter v = 3 m/s;
+  coordinate Length x = 0 m;
+  initial der(x) = v;
+  kinetic 1/2*2 kg*der(x)^2;
+  friction 0.3*2 kg*9.81 m/s^2 on x;
+  contact wall: 1.5 m - x restitution 0.5;
+  experiment(stop = 5 s);
+end Block;
+"""
+    found = mechc.loads(text).threshold(over="v = 0.5 m/s .. 6 m/s, 12", reaches="x = 1.5 m")
+    (one,) = found.details["thresholds"]
+    assert one["above"] and one["parameter"]["v"] == pytest.approx(math.sqrt(2 * 0.3 * 9.81 * 1.5), rel=1e-9)

@@ -387,7 +387,7 @@ def _findings(
         values=values,
         errors_from="extrapolation from one distance less, and a tighter tolerance",
         remarks=tuple(remarks),
-        tables=(Table("", head, rows),),
+        tables=(Table("", head, rows) if name else Table("", head[1:], tuple(row[1:] for row in rows)),),
         panels=panels,
         details=details,
         arrays={name or "start": b, "angle": angle, "deflection": deflection, "cross_section": section}

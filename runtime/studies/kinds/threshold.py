@@ -25,6 +25,8 @@ WIDTH = 1e-12
 """Of the range, to which a threshold is bisected."""
 TOLERANCE = 1e-10
 """Of a threshold for which no tolerance is said."""
+TOUCHES = 1e-13
+"""Of the sizes of a quantity and its level, within which a motion with impacts has reached the level."""
 
 
 class Threshold(Study, frozen=True, kw_only=True):
@@ -107,7 +109,10 @@ class _Bisection:
             return True, surface.level
         sign = float(np.sign(g[begun[0]]))
         closest = float((sign * g).min())
-        return closest <= 0, surface.level + sign * closest
+        hits = any(event.kind == "impact" for event in solution.events)
+        # where a contact stands on the level, rounding decides on which side of it an impact is
+        touches = TOUCHES * (abs(surface.level) + float(np.ptp(g))) if hits else 0.0
+        return closest <= touches, surface.level + sign * closest
 
     def findings(self, interrupted: Callable[[], bool]) -> Findings:
         over, study = self.over, self.study
