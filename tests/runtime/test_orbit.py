@@ -369,6 +369,25 @@ def test_the_cycle_of_a_block_on_a_belt() -> None:
         assert found["stable"]
 
 
+@pytest.mark.parametrize("stop", [30, 45, 60])
+def test_the_cycle_is_found_where_the_longest_stretch_sticks(stop: int) -> None:
+    """It sticks from x = 0 until k x = fs, for 1 N/(1 N/m*0.2 m/s), and slips on a circle of the radius sqrt(0.5^2 + 0.2^2)."""
+    text = f"""
+model Belt
+  parameter u = 0.2 m/s;
+  coordinate Length x = 0 m;
+  initial der(x) = u;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*1 N/m*x^2;
+  friction 0.5 N static 1 N on x - u*time;
+  experiment(stop = {stop} s);
+end Belt;
+"""
+    found = mechc.loads(text).orbit()
+    exact = 1 / 0.2 + 2 * (math.pi - math.atan2(0.5, 0.2))
+    assert found["period"] == pytest.approx(exact, rel=1e-10) and found.details["stable"]
+
+
 def test_the_cycle_on_a_belt_with_friction_that_falls_with_the_speed() -> None:
     """It slips by x'' = 2 - x + 0.2 x' from x = 2.2, where x' is that of the belt, until it is again; then it sticks."""
 

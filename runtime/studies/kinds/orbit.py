@@ -101,9 +101,9 @@ class Orbit(Study, frozen=True, kw_only=True):
         starts = _after(problem, options, plan, given) if given else _returns(problem, options, plan)
         failure: SimulationError | None = None
         for begin, y, z, period in starts:
-            if failure is not None and kept_energy(plan, linear, linear.joined(y, z), period, None):
-                break  # it settles nowhere
             try:
+                if failure is not None and kept_energy(plan, linear, linear.joined(y, z), period, None):
+                    break  # it settles nowhere
                 return found(begin, y, z, period)
             except SimulationError as error:
                 failure = error if failure is None or given is None else failure
