@@ -54,8 +54,8 @@ def stability(site: Site, y: Array, idle: tuple[str, ...] = (), within: Array | 
     stable: bool | None = None
     if (values.real > limits).any():
         stable = False
-    elif minimum or (len(values) and (values.real < -limits).all()):
-        stable = True
+    elif not names or minimum or (len(values) and (values.real < -limits).all()):
+        stable = True  # as where closed contacts and constraints let nothing move
     return Stability(stable, values, bounds, conservative)
 
 

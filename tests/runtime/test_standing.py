@@ -87,6 +87,20 @@ def test_a_ball_over_a_floor_has_its_height_counted() -> None:
     assert "nothing depends on" not in said(found)
 
 
+def test_what_a_closed_contact_holds_altogether_is_stable() -> None:
+    """The spring would rest at 1.5 m, beyond the wall; pressed against the wall nothing moves."""
+    text = (
+        "model B coordinate Length x(min = -2 m, max = 2 m) = 1 m; MORE kinetic 1/2*1 kg*der(x)^2;"
+        " potential 1/2*2 N/m*x^2 - 3 N*x; contact wall: 1 m - x; end B;"
+    )
+    found = asked(mechc.loads(text.replace("MORE", "")), "equilibria")
+    (one,) = found.details["equilibria"]
+    assert one["stable"] is True and found.message.startswith("1 equilibrium on contacts")
+    beside = "coordinate Length y(min = -1 m, max = 1 m) = 0 m; kinetic 1/2*1 kg*der(y)^2; potential -1 N/m*y^2;"
+    (one,) = asked(mechc.loads(text.replace("MORE", beside)), "equilibria").details["equilibria"]
+    assert one["stable"] is False
+
+
 FRICTION = "friction 2 N on x;"
 
 

@@ -152,7 +152,7 @@ def _listed(
 ) -> FoundEquilibria:
     records, rows = [], []
     names = list(_values(site, site.y))
-    beyond = lines = 0
+    beyond = lines = touching = 0
     for one in found:
         stands = standing(switched(site, one.y), one)
         beyond += bool(stands.beyond)
@@ -168,6 +168,7 @@ def _listed(
             told = replace(told, stable=None)
             remarks.append(f"{', '.join(there.sharp)}: what happens on the other side is not looked at")
         if there.held:
+            touching += any("contact" in what for what in there.held)
             remarks.append(f"{', '.join(there.held)}: eigenvalues and stability are those with that held")
         record = _record(site, one.y, told, {}, _errors(site, box, one))
         records.append(record)
@@ -196,7 +197,9 @@ def _listed(
     count = len(records)
     if beyond:
         remarks.append(f"left out: {beyond} beyond contacts, where the equations alone would rest")
-    away = " away from contacts" if contacts(site) else ""
+    away = " away from contacts" if contacts(site) and not touching else ""
+    if touching:
+        away = " on contacts" if touching == count else f", {touching} of them on contacts"
     message = f"{count} equilibri{'um' if count == 1 else 'a'}{away}" + COMPLETE[complete]
     if lines:
         message += f", {'' if lines == count else f'{lines} of them '}not isolated"
