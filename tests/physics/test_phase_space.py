@@ -251,3 +251,45 @@ end Free;
     equations = mechc.loads(text).hamilton().details["equations"]
     assert equations["der(R)[2]"] == "1/2*p_R[2]" and equations["der(p_R[2])"] == "2/3*p_R[1]*p_R[3]"
     assert not any(name.startswith("der(R[") for name in equations)
+
+
+SLIDES = """
+model Slides
+  coordinate Length x = 1 m;
+  initial der(x) = VELOCITY;
+  kinetic 1/2*1 kg*der(x)^2;
+  potential 1/2*16 N/m*x^2;
+  friction 0.3 N on x;
+  experiment(stop = 5 s);
+end Slides;
+"""
+
+
+@pytest.mark.parametrize(("velocity", "sign"), [("0 m/s", "-"), ("-1 m/s", "-"), ("1 m/s", "+")])
+def test_dry_friction_takes_energy_between_events_too(velocity: str, sign: str) -> None:
+    """While it slides one way, the friction is a constant force: x'^2/2 + 8 x^2 +/- 0.3 x is constant, and the energy is not."""
+    model = mechc.loads(SLIDES.replace("VELOCITY", velocity))
+    (one,) = model.symmetries().details["symmetries"]
+    assert one["conserved"] == f"1/2*der(x)^2 + 8*x^2 {sign} 3/10*x" and 0 < one["drift"] < 1e-6
+    (other,) = model.invariants().details["invariants"]
+    assert other["formula"] == f"5*der(x)^2 + 80*x^2 {sign} 3*x" and 0 < other["drift"] < 1e-6
+
+
+def test_constants_of_what_a_contact_holds_have_no_drift_beside_it() -> None:
+    """A block that slides on a floor: the constants are those of its flight, which the run has none of."""
+    model = mechc.loads("""
+model Floor
+  coordinate Length x = 0 m;
+  coordinate Length y = 0 m;
+  initial der(x) = 3 m/s;
+  kinetic 1/2*1 kg*(der(x)^2 + der(y)^2);
+  potential 1 kg*9.81 m/s^2*y;
+  contact floor: y friction 0.2 along der(x);
+  experiment(stop = 1 s);
+end Floor;
+""")
+    found = model.symmetries()
+    assert all(one["drift"] is None for one in found.details["symmetries"])
+    assert any("'floor' too, which the motion begins on" in remark for remark in found.remarks)
+    assert any("no drift" in remark for remark in found.remarks)
+    assert not any("der(x)" in one.name for one in model.simulate(constants=True).accuracy.conserved)

@@ -80,7 +80,9 @@ def tracked(case: Case, options: SimulationOptions) -> Track | None:
 
 
 def ended_early(track: Track | None) -> list[str]:
-    """Say why the run that a track looks at ends before its stop; nothing where it does not."""
+    """Say why the run that a track looks at ends before its stop, or says nothing of a drift; nothing where it does not."""
+    if track is not None and not track.pieces:
+        return ["no drift: in no part of the run all that switches is as it is taken here"]
     if track is None or track.solution.outcome in (Outcome.COMPLETED, Outcome.DOUBTFUL):
         return []
     return [f"the run along which this is told ends before its stop: {track.solution.message}"]
@@ -119,11 +121,13 @@ def _as_at_start(case: Case, times: Array, y: Array) -> bool:
     return bool(np.abs(rate - change).max() <= SAME * max(np.abs(rate).max(), np.abs(change).max()))
 
 
-def drift_of(track: Track, values: Array, typical: float) -> CombinationDrift:
-    """Return the drift of the sum of ``values`` [n, number of terms], between events.
+def drift_of(track: Track, values: Array, typical: float) -> CombinationDrift | None:
+    """Return the drift of the sum of ``values`` [n, number of terms], between events; None where no part of the run is as at the start.
 
     ``typical``: their size at random states, for what happens to vanish along the run.
     """
+    if not track.pieces:
+        return None
     total = values.sum(axis=1)
     size = max(float(np.abs(values).sum(axis=1).max(initial=0.0)), SMALL * typical)
     change = np.zeros_like(total)

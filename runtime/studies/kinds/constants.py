@@ -12,6 +12,7 @@ from ...results.solution import Solution
 from ..formulas.combination import along
 from ..runs.simulate import plan_run
 from .invariants import constants_of
+from .symmetries import as_it_slides
 
 DEGREE = 2
 """In velocities or momenta, of the constants that are looked for."""
@@ -27,7 +28,7 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
     if solution.outcome not in ENDED:
         solution.add_remark("constants of the motion were not looked for, as the run did not reach its end")
         return solution
-    case = plan_run(problem, options).case
+    case = as_it_slides(plan_run(problem, options).case)
     found, doubts = constants_of(case, DEGREE, along(case, solution))
     drifts = [
         Drift(_short(one.formula), "", one.drift.largest * one.drift.size, one.drift.largest)
@@ -41,7 +42,11 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
         f"in it {name} = {text}" for one in found if one.independent for name, text in one.where.items()
     ]
     remarks += doubts
-    if not drifts:
+    if found and not drifts:
+        remarks.append(
+            "no drift of constants: in no part of the run all that switches is as it is where they are constant"
+        )
+    elif not drifts:
         remarks.append(f"no constants of the motion were found up to the degree {DEGREE} in velocities")
     checked = replace(accuracy, conserved=(*accuracy.conserved, *drifts))
     return type(solution)(solution.motion.told(accuracy=checked, remarks=tuple(dict.fromkeys(remarks))))

@@ -50,7 +50,7 @@ from ..formulas.null_space import (
 from ..formulas.relations import Chance
 from ..formulas.sampling import PhaseSample, Sampler
 from ..study import Study
-from .symmetries import about, case_of
+from .symmetries import about, as_it_slides, case_of
 
 INLINE = 160
 """Characters of a formula in which all functions are written out."""
@@ -82,11 +82,11 @@ class Invariants(Study, frozen=True, kw_only=True):
 
     def solve(self, problem: Problem) -> Findings:
         """Find the constants in the span. Raises SimulationError where the model has no velocities."""
-        case = case_of(problem, self)
+        case = as_it_slides(case_of(problem, self))
         search, known = _searched(case, self.degree)
         track = tracked(case, self)
         found = _told(search.terms, known, track, search.values)
-        return _findings(problem, found, search, track, search.terms)
+        return _findings(case, found, search, track, search.terms)
 
 
 def constants_of(case: Case, degree: int, track: Track) -> tuple[list[Integral], list[str]]:
@@ -98,7 +98,7 @@ def constants_of(case: Case, degree: int, track: Track) -> tuple[list[Integral],
     narrow = (
         [] if search.null.clear else ["what counts as a constant cannot be told for sure: the gap is narrow"]
     )
-    return found, [*about(case.problem), *narrow]
+    return found, [*about(case), *narrow]
 
 
 def _searched(case: Case, degree: int) -> tuple[_Search, list[tuple[Array, int, bool]]]:
@@ -275,9 +275,10 @@ def _formula(
 
 
 def _findings(
-    problem: Problem, found: list[Integral], search: _Search, track: Track | None, terms: Terms
+    case: Case, found: list[Integral], search: _Search, track: Track | None, terms: Terms
 ) -> Findings:
-    remarks = [*terms.remarks, *about(problem)]
+    problem = case.problem
+    remarks = [*terms.remarks, *about(case)]
     independent = [one for one in found if one.independent]
     dependent = [one for one in found if not one.independent]
     null = search.null

@@ -15,8 +15,11 @@ import numpy as np
 from msgspec import Struct
 from msgspec.structs import replace
 
-from ...case import Case, find_experiment, prepare
+from ...case import Case, find_experiment, inputs_at, prepare
 from ...functions import load_functions
+from ...local.chart import chart_of
+from ...local.equilibrium_feasibility import contacts
+from ...local.operating_point import Site, begun_at, plan_of
 from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...results.files import json_number
@@ -96,7 +99,7 @@ class Symmetries(Study, frozen=True, kw_only=True):
 
     def solve(self, problem: Problem) -> Findings:
         """Find the symmetries in the span. Raises SimulationError where the model has no velocities."""
-        case = case_of(problem, self)
+        case = as_it_slides(case_of(problem, self))
         span = TermSpan(case)
         sampler = Sampler(case)
         columns = span.values(sampler.states(2 * len(span.terms) + 40))
@@ -158,7 +161,7 @@ class Symmetries(Study, frozen=True, kw_only=True):
         span: TermSpan,
     ) -> Findings:
         remarks = list(span.remarks)
-        remarks += about(problem)
+        remarks += about(span.case)
         if track is None:
             remarks.append("no drift: nothing says when to stop; give stop, as in --stop '10 s'")
         remarks += ended_early(track)
@@ -242,9 +245,57 @@ def case_of(problem: Problem, study: Study) -> Case:
     return prepare(problem, functions, replace(study, stop=study.start or 0.0))
 
 
-def about(problem: Problem) -> list[str]:
+def as_it_slides(case: Case) -> Case:
+    """Give a case in which dry friction acts as at the start of the motion, or forwards where it sticks there: without a direction
+    it is none, and what it takes would count as constant."""
+    site = site_at_start(case)
+    plan = plan_of(site)
+    if plan is None or case.problem.hybrid is None:
+        return case
+    places = [
+        plan.rows[k].sign
+        for k, row in enumerate(case.problem.hybrid.rows)
+        if row.kind == "friction" and plan.rows[k].normal < 0
+    ]
+    if not places:
+        return case
+    try:
+        begun = begun_at(site, case.y0).z
+    except SimulationError:  # told where it is run
+        begun = case.z
+    z = case.z.copy()
+    z[places] = np.where(begun[places] == 0, 1.0, begun[places])
+    return replace(case, z=z)
+
+
+def site_at_start(case: Case) -> Site:
+    """Give the start of a case, to look at what switches there."""
+    u = inputs_at(case, case.begin)
+    return Site(case, chart_of(case.problem), case.begin, u, case.z, case.y0, case.p)
+
+
+def _closed(case: Case) -> list[str]:
+    """Name the contacts that are closed once the motion has begun."""
+    site = site_at_start(case)
+    plan = plan_of(site)
+    if plan is None or not contacts(site):
+        return []
+    try:
+        z = begun_at(site, case.y0).z
+    except SimulationError:
+        return []
+    rows = case.problem.hybrid.rows if case.problem.hybrid is not None else ()
+    return [f"'{rows[k].name}'" for k in contacts(site) if z[plan.rows[k].flag] > 0.5]
+
+
+def about(case: Case) -> list[str]:
     """Say what constancy means for a model with events or inputs."""
-    found = []
+    problem, found = case.problem, []
+    if problem.hybrid is not None and (closed := _closed(case)):
+        found.append(
+            f"contacts are taken as open, {', '.join(closed)} too, which the motion begins on: while they press, and by their "
+            "friction, what is listed may change"
+        )
     if problem.hybrid is not None and (
         problem.hybrid.switches or problem.hybrid.branches or problem.hybrid.rows
     ):
