@@ -98,6 +98,10 @@ class Field(Study, frozen=True, kw_only=True):
         )
         remarks = [f"potential: {potential}"] if potential else []
         remarks += _left_out(problem)
+        if states := [problem.states[k].name for k in problem.own if k >= problem.nq + problem.nv]:
+            remarks.append(
+                f"{', '.join(states)}: held as at the start, where the forces depend on more than the coordinates"
+            )
         remarks += (
             ["no potential in the span of short formulas"] if free and not around and not potential else []
         )
