@@ -105,9 +105,7 @@ def input_tables(
         sheet = sheet.without_repeats()
         found = read_tables(sheet, interpolations, convert, column=alone)
         if missing := [name for name in elements if name not in found]:
-            raise SimulationError(
-                f"{sheet.path} has no column '{missing[0]}', which '{name}' stands for too"
-            )
+            raise SimulationError(f"{sheet.path} has no column '{missing[0]}', which '{name}' stands for too")
         source = str(sheet.path)
         remarks += sheet.remarks
         if alone and sheet.from_file:

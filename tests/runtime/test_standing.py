@@ -96,7 +96,9 @@ def test_what_a_closed_contact_holds_altogether_is_stable() -> None:
     found = asked(mechc.loads(text.replace("MORE", "")), "equilibria")
     (one,) = found.details["equilibria"]
     assert one["stable"] is True and found.message.startswith("1 equilibrium on contacts")
-    beside = "coordinate Length y(min = -1 m, max = 1 m) = 0 m; kinetic 1/2*1 kg*der(y)^2; potential -1 N/m*y^2;"
+    beside = (
+        "coordinate Length y(min = -1 m, max = 1 m) = 0 m; kinetic 1/2*1 kg*der(y)^2; potential -1 N/m*y^2;"
+    )
     (one,) = asked(mechc.loads(text.replace("MORE", beside)), "equilibria").details["equilibria"]
     assert one["stable"] is False
 
