@@ -29,6 +29,7 @@ PAGES = (
     "events",
     "dominoes",
     "heap",
+    "friction_problems",
     "fmu",
     "large",
     "pairs",

@@ -30,6 +30,9 @@ if TYPE_CHECKING:
 MOST_WHOLE = 200_000
 """Operations of a function that stays in one piece, whose values lie on the stack: at most 1.6 MB."""
 
+MOST_LINES = 20_000
+"""Lines of a text that loops have shortened: chains of 1000 links have 7000."""
+
 HEADER = "model.h"
 TURNS = ("sincos_batch.h", "sincos.h")
 """What code for this processor may include, too."""
@@ -134,7 +137,8 @@ def _made(
     flags = model_flags(strict, summary.loops)
 
     def build() -> Path:
-        return build_shared(_written(program(), strict, in_process), flags, compiler=compiler)
+        written = _written(program(), strict, in_process)
+        return build_shared(written, flags_for(written["model.c"], strict, summary.loops), compiler=compiler)
 
     if stored_as:
         known = {
@@ -145,6 +149,11 @@ def _made(
     else:
         library = build()
     return with_code(summary.description, library=library, quick=compiler is not None)
+
+
+def flags_for(text: str, reproducible: bool, loops: bool) -> tuple[str, ...]:
+    """Return the flags for a text in which loops were looked for: where none were found it is long, and takes -O3 minutes."""
+    return model_flags(reproducible, loops and text.count("\n") <= MOST_LINES)
 
 
 def _written(program: Program, reproducible: bool, in_process: bool = False) -> dict[str, str]:

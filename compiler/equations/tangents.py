@@ -39,6 +39,7 @@ KEPT = (
     "inputs",
     "project_position",
     "project_velocity",
+    "timed_arguments",
 )
 """Functions that are those of the model itself."""
 

@@ -55,7 +55,7 @@ STUDIES = {
         ),
         Kind(
             "task",
-            "Which learning task does it pose, and what return do unchanged inputs give?",
+            "Which reinforcement learning task does it pose, and what return do unchanged inputs give?",
             "kinds.task:Task",
         ),
         Kind(
@@ -195,7 +195,7 @@ STUDIES = {
         Kind("energy", "Where can a motion of a given energy go?", "kinds.energy:Energy"),
         Kind(
             "portrait",
-            "What do its paths in the phase plane look like: points of rest, separatrices?",
+            "What do its paths in the phase plane look like: equilibria, separatrices?",
             "kinds.portrait:Portrait",
         ),
     )

@@ -26,6 +26,9 @@ NEAR = 1e-7
 SAME_TIME = 1e-6
 """Relative difference of the changes of two times that belong to one event."""
 
+SAME_INSTANT = 1e-12
+"""Of the duration: by how much times of one event may differ when a parameter changes by its size."""
+
 REPLAYED = 1e-6
 """Of the size of a state: what may differ where what happened is done again."""
 
@@ -176,8 +179,10 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
             f"{at} it cannot be told what the event comes from, so it is not differentiated"
         )
     first = found[0][1]
+    rounding = SAME_INSTANT * duration / own_sizes(here.augmented)
     for _, other in found[1:]:
-        if np.abs(other - first).max(initial=0.0) > SAME_TIME * max(np.abs(first).max(), np.abs(other).max()):
+        bound = SAME_TIME * max(np.abs(first).max(initial=0.0), np.abs(other).max(initial=0.0)) + rounding
+        if (np.abs(other - first) > bound).any():
             raise SimulationError(
                 f"at {time_text(case.problem, here.t)} several things happen at once ({what}), and which of them comes "
                 "first changes with what the motion is differentiated in: it has no derivative there"

@@ -231,3 +231,13 @@ def test_a_stop_takes_over_what_friction_alone_held() -> None:
     place = rate.integ() - rate.integ()(leaves)
     assert found.sensitivity("x", "F").values[-1] == pytest.approx(place(4.8) / 2, rel=1e-8)
     assert found.sensitivity("der(x)", "F").values[-1] == pytest.approx(rate(4.8) / 2, rel=1e-8)
+
+
+RAMP = """parameter k = 2 N/m; parameter t0 = 0.5 s; coordinate x = 0.1 m;
+kinetic 1/2*1 kg*der(x)^2; potential 1/2*k*x^2; force 3 N/s*max(0 s, time - t0) on x; experiment(stop = 2 s);"""
+
+
+def test_where_a_kink_of_the_time_lies() -> None:
+    """x = .. + 3/2 (t - t0 - sin(w (t - t0))/w), of which the derivative in t0 is -3/2 (1 - cos(w (t - t0)))."""
+    found = mechc.loads(RAMP).simulate(sensitivity=["t0"], tolerance=1e-11).sensitivity("x", "t0")
+    assert found.values[-1] == pytest.approx(-1.5 * (1 - math.cos(math.sqrt(2) * 1.5)), rel=1e-9)

@@ -71,7 +71,7 @@ class Diagram(Study, frozen=True, kw_only=True):
     hold: Annotated[
         float | Formula | None,
         settable(
-            f"How long each value is held; without it {2 * COUNT} intervals of 'every', else as long as a run.",
+            f"How long each value is kept fixed (default: {2 * COUNT} intervals of 'every', otherwise the length of a run).",
             "interval",
         ),
     ] = None
@@ -86,7 +86,7 @@ class Diagram(Study, frozen=True, kw_only=True):
     starts: Annotated[
         tuple[Varying, ...],
         settable(
-            'Begin from each of these starts, to see attractors beside each other: "x = -1 .. 1, 5; der(x) = {0, 1}".',
+            'Begin from each of these starts, to see coexisting attractors: "x = -1 .. 1, 5; der(x) = {0, 1}".',
             "varying",
         ),
     ] = ()

@@ -52,7 +52,7 @@ class Dimensions(Study, frozen=True, kw_only=True):
     among: Annotated[
         tuple[str, ...],
         settable(
-            "Parameters, inputs and initial values that decide it; without it all, but for initial values of zero.",
+            "Parameters, inputs and initial values to use (default: all except initial values of zero).",
             "directions",
         ),
     ] = ()

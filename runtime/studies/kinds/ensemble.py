@@ -53,29 +53,31 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
 
     vary: Annotated[
         tuple[Varying, ...],
-        settable("What differs: ranges, values, distributions, or a CSV file of members.", "varying"),
+        settable("Quantities that vary: ranges, values, distributions, or a CSV file of members.", "varying"),
     ] = ()
     samples: Annotated[int | None, settable("Number of random members.", "count")] = None
     seed: Annotated[int, settable("Seed of the random numbers (default: 1).", "count")] = 1
     sampling: Annotated[str, settable("plain, latin (hypercube) or sobol.", "text")] = "plain"
     covariance: Annotated[
         tuple[tuple[float, ...], ...],
-        settable("Covariance, in SI, of the normal distributions that have a mean alone.", "matrix"),
+        settable("Covariance, in SI, of the normal distributions that are given by a mean alone.", "matrix"),
     ] = ()
     keep: Annotated[
         tuple[Kept, ...],
         settable(
-            "What to keep: final, max, min, mean, rms of a formula, first(condition), events(kind), lyapunov(time); a formula alone over time.",
+            "Results to keep: final, max, min, mean, rms of a formula, first(condition), events(kind), lyapunov(time); a formula alone over time.",
             "kept",
         ),
     ] = ()
     errors: Annotated[
-        float, settable("Members whose error is estimated: all, none or a share (default: 0.05).", "share")
+        float, settable("Members whose error is estimated: all, none or a fraction (default: 0.05).", "share")
     ] = TWENTIETH
     threads: Annotated[int | None, settable("Threads (default: all processors).", "count")] = None
     lanes: Annotated[
         str,
-        settable("Members side by side in vectors: auto (from 1000 members on), on or off.", "text"),
+        settable(
+            "Several members at once in vector registers: auto (from 1000 members on), on or off.", "text"
+        ),
     ] = "auto"
     device: Annotated[
         str | None,

@@ -60,7 +60,7 @@ class FindEquilibria(Study, frozen=True, kw_only=True):
     over: Annotated[
         tuple[Range, ...],
         settable(
-            'Follow them over a parameter; "w = 0 .. 10, 50" tells them at 50 values, 11 without a number.',
+            'Follow them along a parameter; "w = 0 .. 10, 50" lists them at 50 values (default: 11).',
             "ranges",
         ),
     ] = ()

@@ -55,7 +55,10 @@ class Fit(Study, frozen=True, kw_only=True):
     """
 
     data: Annotated[tuple[Measured, ...], settable("Measured motions: CSV files.", "data")] = ()
-    vary: Annotated[tuple[Free, ...], settable('What is free: "m, l, theta = 0 .. 1 rad".', "free")] = ()
+    vary: Annotated[
+        tuple[Free, ...],
+        settable('Free parameters, initial values and inputs: "m, l, theta = 0 .. 1 rad".', "free"),
+    ] = ()
     outputs: Annotated[
         tuple[str, ...], settable("Which columns to compare, instead of all that the model has.", "names")
     ] = ()
@@ -73,13 +76,13 @@ class Fit(Study, frozen=True, kw_only=True):
     shared: Annotated[
         tuple[str, ...], settable("Initial values that all measured motions have in common.", "names")
     ] = ()
-    start: Annotated[
-        float | None, settable("When the motion begins; what was measured before is left out.", "time")
-    ] = None
-    loss: Annotated[str, settable(f"What outliers count: {', '.join(LOSSES)}.", "text")] = "linear"
-    starts: Annotated[
-        int, settable("How many starts of the search are tried, spread over the bounds.", "count")
-    ] = 1
+    start: Annotated[float | None, settable("When the motion begins; earlier data are ignored.", "time")] = (
+        None
+    )
+    loss: Annotated[
+        str, settable(f"Loss function, which sets the weight of outliers: {', '.join(LOSSES)}.", "text")
+    ] = "linear"
+    starts: Annotated[int, settable("Number of starts of the search, spread over the bounds.", "count")] = 1
 
     def _first_run(self, problem: Problem, motions: Motions) -> Solution:
         """Run the first motion where the search begins: whether it is stiff is seen there."""

@@ -25,9 +25,14 @@ class FindGradient(Study, frozen=True, kw_only=True):
     """The derivatives of ``goal``, at the end of a smooth motion or as its integral over the time, in all that ``to`` names."""
 
     unused = frozenset({"every"})
-    goal: Annotated[Formula | None, settable('What is differentiated: "x", "x^2 + y^2".', "formula")] = None
+    goal: Annotated[Formula | None, settable('Quantity to differentiate: "x", "x^2 + y^2".', "formula")] = (
+        None
+    )
     to: Annotated[
-        tuple[str, ...], settable("Parameters, initial values and inputs to differentiate in.", "directions")
+        tuple[str, ...],
+        settable(
+            "Parameters, initial values and inputs with respect to which to differentiate.", "directions"
+        ),
     ] = ()
     integral: Annotated[
         bool, settable("Differentiate the integral of the goal over the time, not its last value.", "flag")

@@ -39,12 +39,13 @@ class Hysteresis(Study, frozen=True, kw_only=True):
     needs = frozenset({"jacobian"})  # what is held for long may be stiff
 
     over: Annotated[
-        tuple[Range, ...], settable(f"What goes up and down; {COUNT} values without a count.", "ranges")
+        tuple[Range, ...],
+        settable(f"Parameter or input that goes up and down; {COUNT} values without a count.", "ranges"),
     ] = ()
     hold: Annotated[
         float | Formula | None,
         settable(
-            'How long each value is held, a multiple of the period of a drive: "60*2*pi/w".', "interval"
+            'How long each value is kept fixed, a multiple of the period of a drive: "60*2*pi/w".', "interval"
         ),
     ] = None
     of: Annotated[

@@ -127,7 +127,8 @@ class Linearize(Study, frozen=True, kw_only=True):
     driven: Annotated[tuple[str, ...], settable("Inputs that act on it.", "names", option="inputs")] = ()
     outputs: Annotated[tuple[str, ...], settable("Quantities that are observed.", "names")] = ()
     sample: Annotated[
-        float | None, settable("Period of a sampled system whose inputs are held in between.", "time")
+        float | None,
+        settable("Period of a sampled system whose inputs are constant between samples.", "time"),
     ] = None
     pade: Annotated[
         int | None, settable(f"Order of the Padé approximations of delays (default: {PADE}).", "count")

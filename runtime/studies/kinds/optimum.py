@@ -47,10 +47,11 @@ class Optimum(Study, frozen=True, kw_only=True):
     """The values of ``vary`` by which ``goal`` is greatest at the end of the motion, or ``least``."""
 
     vary: Annotated[
-        tuple[Free, ...], settable('What may be changed: "a, b", or with bounds "a = 0 .. 1".', "free")
+        tuple[Free, ...],
+        settable('Parameters and initial values to vary: "a, b", or with bounds "a = 0 .. 1".', "free"),
     ] = ()
-    goal: Annotated[Formula | None, settable('What is to be greatest: "x".', "formula")] = None
-    least: Annotated[bool, settable("Seek the least value instead of the greatest.", "flag")] = False
+    goal: Annotated[Formula | None, settable('Formula to maximise: "x".', "formula")] = None
+    least: Annotated[bool, settable("Minimise instead of maximise.", "flag")] = False
     when: Annotated[
         str, settable("Which value of the motion counts: end, highest, lowest (default: end).", "text")
     ] = "end"

@@ -57,7 +57,7 @@ class Portrait(Study, frozen=True, kw_only=True):
         tuple[Range, ...], settable("Bounds of the picture: of the coordinate, and of its rate.", "ranges")
     ] = ()
     paths: Annotated[
-        int, settable(f"Number of paths to draw beside separatrices (default: {PATHS}).", "count")
+        int, settable(f"Number of paths to draw besides separatrices (default: {PATHS}).", "count")
     ] = PATHS
 
     def solve(self, problem: Problem) -> Findings:

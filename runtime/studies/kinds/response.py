@@ -104,7 +104,8 @@ class Response(Study, frozen=True, kw_only=True):
         ),
     ] = ()
     sample: Annotated[
-        float | None, settable("Period of a sampled system whose inputs are held in between.", "time")
+        float | None,
+        settable("Period of a sampled system whose inputs are constant between samples.", "time"),
     ] = None
     hertz: Annotated[bool, settable("Frequencies in cycles, in text and picture.", "flag")] = False
     decibel: Annotated[bool, settable("Gains in decibels of the SI unit, in text and picture.", "flag")] = (

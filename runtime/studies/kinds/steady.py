@@ -41,7 +41,7 @@ class Steady(Study, frozen=True, kw_only=True):
     vary: Annotated[
         tuple[str, ...],
         settable(
-            'What to solve for, while all else keeps its value at the start: "theta", "der(phi)"; without it the '
+            'Unknowns, while all else keeps its value at the start: "theta", "der(phi)"; without it the '
             "coordinates that rest, with the momenta of the start.",
             "names",
         ),

@@ -33,18 +33,18 @@ class Task(Study, frozen=True, kw_only=True):
 
     observe: Annotated[
         tuple[Formula, ...],
-        settable('What is seen: "sin(a), cos(a), der(a)*(0.1 s)", numbers all.', "formulas"),
+        settable('Observations: "sin(a), cos(a), der(a)*(0.1 s)", numbers or angles.', "formulas"),
     ] = ()
     reward: Annotated[
-        Formula | None, settable("What is to be large: a number, at the end of a step.", "formula")
+        Formula | None, settable("Reward: a number, at the end of a control step.", "formula")
     ] = None
     terminate: Annotated[
-        Formula | None, settable('Where an episode ends early: "abs(x) > 2 m".', "condition")
+        Formula | None, settable('Condition that ends an episode early: "abs(x) > 2 m".', "condition")
     ] = None
     vary: Annotated[
         tuple[Axis | Spread | Listed, ...],
         settable(
-            'Where it begins: "a ~ uniform(-10 deg, 10 deg)", of coordinates, rates and states.', "varying"
+            'Random starts: "a ~ uniform(-10 deg, 10 deg)", of coordinates, rates and states.', "varying"
         ),
     ] = ()
     actions: Annotated[

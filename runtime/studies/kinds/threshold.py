@@ -38,11 +38,14 @@ class Threshold(Study, frozen=True, kw_only=True):
     unused = frozenset({"start", "every", "estimate_error"})
 
     over: Annotated[
-        tuple[Range, ...], settable(f"What is varied; it is looked at {LOOKS} values first.", "ranges")
+        tuple[Range, ...],
+        settable(f"Quantity to vary; {LOOKS} values are evaluated first unless a count is given.", "ranges"),
     ] = ()
     reaches: Annotated[
         FormulaSurface | None,
-        settable('What has to happen before the stop: "x = -1" (default: an end by terminate).', "surface"),
+        settable(
+            'Event that must happen before the stop: "x = -1" (default: an end by terminate).', "surface"
+        ),
     ] = None
 
     def solve(self, problem: Problem) -> Findings:

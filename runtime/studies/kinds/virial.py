@@ -34,7 +34,7 @@ class Virial(Study, frozen=True, kw_only=True):
     degree n, twice the kinetic energy is n times the potential one on average."""
 
     of_past = True
-    of: Annotated[tuple[str, ...], settable("Quantities to average beside the energies.", "names")] = ()
+    of: Annotated[tuple[str, ...], settable("Quantities to average besides the energies.", "names")] = ()
 
     def solve(self, problem: Problem) -> Findings:
         """Run the model at two tolerances and average the tighter motion.

@@ -19,6 +19,7 @@ from mechc.compiler import pipeline
 from mechc.compiler.equations.model import Equations, Function
 from mechc.compiler.graph import Graph, Node, monotone_table
 from mechc.compiler.malformed import Malformed
+from mechc.compiler.problem import flags_for
 from mechc.compiler.program import Program, lower
 from mechc.compiler.program.loops import replay, rolled
 from mechc.compiler.program.loops.roll import roll
@@ -354,3 +355,10 @@ def test_what_does_not_repeat_itself_stays_straight(monkeypatch: pytest.MonkeyPa
     assert rhs is not None
     assert rhs.made
     assert roll(rhs) is None
+
+
+def test_long_texts_without_loops_are_not_optimised_for_loops() -> None:
+    """At -O3 the derivatives of two crates took 200 s to compile, at -O1 40."""
+    assert "-O3" in flags_for("for (;;);\n" * 7000, False, True)
+    assert "-O1" in flags_for("x = 1;\n" * 100_000, False, True)
+    assert "-O1" in flags_for("x = 1;\n", False, False)
