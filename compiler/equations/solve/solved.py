@@ -59,7 +59,8 @@ START_TOLERANCE = 1e-9
 class Solved(Struct, frozen=True):
     """Everything after elimination. ``replace`` turns each symbol that is not an array entry into its formula.
 
-    ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
+    ``found_apart``: multipliers by the symbols that answers have in their place; ``driven``: formulas of prescribed coordinates and
+    their rates; ``free``: indices of the unknown velocities;
     ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
     ``sides``: comparisons of forces in their laws; ``shared``: what may share a load, by multipliers; ``residual``: r - K^T lam; ``pivots`` must not vanish,
     and what may make them vanish is ``asserted``.
@@ -82,6 +83,7 @@ class Solved(Struct, frozen=True):
     replace: Mapping[Node, Node]
     shared: Mapping[Node, Share]
     held_inputs: tuple[int, ...] = ()
+    found_apart: Mapping[Node, Node] = {}
 
     def resolve(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """Return formulas of numbers that have a place at run time."""
@@ -97,7 +99,7 @@ def solve_system(
     """Solve the equations of motion of a system. Raises Undetermined where they do not decide the motion. ``parts``: see
     needs.py.
 
-    ``apart``: symbols of forces that others find, by the names that questions use.
+    ``apart``: symbols of forces that others find, by the names that questions use; of constraints, what others add to them.
     """
     graph = system.graph
     driven, prescribed = prescribed_motion(system)
@@ -136,6 +138,9 @@ def solve_system(
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
     replies = _replies(system, raw, multipliers)
+    found_apart: dict[Node, Node] = {}
+    for name, symbols in (apart or {}).items():
+        found_apart |= zip(symbols, replies.multipliers.get(name, ()), strict=False)
     if apart:
         replies = replace_fields(replies, multipliers={**replies.multipliers, **apart})
     sides: dict[Node, Side] = {}
@@ -192,7 +197,8 @@ def solve_system(
     if balanced:
         energy = _with_balances(system, energy, {**replace, **state_rates})
     warn_of_counting_twice(system, energy.kinetic, {**driven, **still}, reporter)
-    replies = replace_fields(replies, dropped=frozenset(absent))
+    lost = {symbol for symbol, lam in found_apart.items() if lam in absent}
+    replies = replace_fields(replies, dropped=frozenset({*absent, *lost}))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
     reported = dict(zip(reported, told(system, shared, switched, list(reported.values())), strict=True))
     replace |= zip(reported, substitute(graph, list(reported.values()), replace), strict=True)
@@ -218,6 +224,7 @@ def solve_system(
         replace=replace,
         shared=shared,
         held_inputs=held_inputs(system, steady),
+        found_apart=found_apart,
     )
 
 
@@ -488,6 +495,13 @@ def _outer_power(
 
 def velocity_jumps(system: MechanicalSystem, solved: Solved, impulses: Sequence[Node]) -> tuple[Node, ...]:
     """Return d with M d - K^T mu = impulses and K d = 0, for the constraints that are never switched."""
+    return answer_impulses(system, solved, impulses)[0]
+
+
+def answer_impulses(
+    system: MechanicalSystem, solved: Solved, impulses: Sequence[Node]
+) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """Return d and mu with M d - K^T mu = impulses and K d = 0, for the constraints that are never switched."""
     graph = system.graph
     free = [system.a[i] for i in solved.free]
     jumps = [graph.symbol(f"#jump {i}") for i in solved.free]
@@ -500,4 +514,4 @@ def velocity_jumps(system: MechanicalSystem, solved: Solved, impulses: Sequence[
     equations = weighted(graph, equations, solved.rows, held, jumps)
     unknowns = [*jumps, *(row.multiplier for row in solved.rows)]
     found = solve(graph, [*equations, *held], unknowns)
-    return found.solutions[: len(jumps)]
+    return found.solutions[: len(jumps)], found.solutions[len(jumps) :]

@@ -29,6 +29,7 @@ typedef struct mech_moreau_crowd {
     mech_real *wake;    /* [contacts] how far coordinates have to move before one is looked at    */
     mech_real *moves;   /* [nv] 1: moves a gap                                                    */
     mech_real *pull;    /* [nv] mean acceleration by the impulses of the last step                */
+    mech_real *effort;  /* [nv] mean force along the velocities                                   */
     mech_real *moved;   /* how far they have                                                      */
     mech_real *step;    /* size of the last step                                                  */
 } mech_moreau_crowd;
