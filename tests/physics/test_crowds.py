@@ -248,7 +248,7 @@ mass 2 kg at bar;
 inertia 0.2 kg.m^2 on bar;
 constraint hinge: bar * {-0.5, 0} m = {0, 0} m;
 point tip = bar * {0.5, 0} m;
-contact floor: tip[2] + 0.3 m restitution 0.5 friction 0.4 along vel(tip)[1];
+contact floor: tip[2] + 0.3 m restitution 0.5;
 output f = multiplier(hinge)[1];
 output g = multiplier(hinge)[2];
 experiment(stop = 0.9 s);
