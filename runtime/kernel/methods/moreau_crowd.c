@@ -370,6 +370,19 @@ int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, const me
     return done > 0;
 }
 
+int mech_moreau_crowd_push(mech_solver *s, const mech_moreau_crowd *o, mech_real t, mech_real h, const mech_real *y, mech_real *jumps)
+{
+    const mech_model *m = s->model;
+    const mech_crowd *c = m->hybrid->crowd;
+    mech_real *g = (mech_real *)calloc((size_t)(m->nu + c->n_given), sizeof(mech_real));
+    if (!g) return 0;
+    if (m->nu) memcpy(g, s->u, (size_t)m->nu * sizeof(mech_real));
+    for (int i = 0; i < m->nv; i++) g[m->nu + i] = h * o->effort[i];
+    c->push(t, y, g, s->o.z, s->o.p, jumps);
+    free(g);
+    return 1;
+}
+
 void mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z)
 {
     enum { CLOSED = 3 };
