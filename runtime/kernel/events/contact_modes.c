@@ -501,9 +501,8 @@ int mech_contact_modes_end_rattle(mech_solver *s)
     if (!(s->events->counters[MECH_RATTLES] > 0) && !(*jams > 0)) return 0;
     mech_rows_read(s);
     mech_rows_find_response(s);
-    const int struck = shock(s);
-    if (*jams > 0) *jams = struck ? 0 : -1;
-    if (struck) return 1;
+    if (*jams > 0) *jams = -1;
+    if (shock(s)) return 1;
     if (!(s->events->counters[MECH_RATTLES] > 0)) return 0;
     s->events->counters[MECH_NEARLY] = s->events->counters[MECH_RATTLES]; /* else slips that are ever less slow end */
     mech_surface_friction_end(s);
