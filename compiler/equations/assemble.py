@@ -69,11 +69,11 @@ def _assemble(system: MechanicalSystem, reporter: Reporter, parts: frozenset[str
 
         system, laws = with_told_laws(system)
     try:
-        solved = solve_system(system, reporter, parts, forces_by_name(members))
+        solved = solve_system(system, reporter, parts, forces_by_name(system, members))
     except Undetermined as undecided:
         system = with_combined_balances(system, *prescribed_motion(system), undecided.told)
         try:
-            solved = solve_system(system, reporter, parts, forces_by_name(members))
+            solved = solve_system(system, reporter, parts, forces_by_name(system, members))
         except Undetermined:
             raise undecided.told() from None
     solved = with_past(system, solved, reporter)

@@ -59,8 +59,10 @@ class CrowdLine(Struct, frozen=True):
 class CrowdPlan(Struct, frozen=True):
     """Contacts that are found by numbers (rows/crowd.py). From z[``first``] on there are ``capacity`` places for those that
     are closed, and behind these ``told`` numbers about their forces, where steps find them (model.h). ``groups``: of each velocity,
-    the group within which forces act. ``asked``: what outputs are given after the accelerations, as (contact, 0: its force, 1 and 2:
-    those of its friction, 3: whether it is closed). ``stepped``: whether only steps solve for them."""
+    the group within which forces act. ``efforts``: whether outputs are given the forces along the velocities after the accelerations.
+    ``asked``: what they are given after these, as (contact, 0: its force, 1 and 2:
+    those of its friction, 3: whether it is closed). ``stepped``: whether only steps solve for them. ``supplies``: whether what they do to
+    the energy follows from accelerations, since what moves by itself takes part."""
 
     kinds: tuple[CrowdKind, ...]
     lines: tuple[CrowdLine, ...]
@@ -71,6 +73,8 @@ class CrowdPlan(Struct, frozen=True):
     asked: tuple[tuple[int, int], ...]
     told: int = 0
     stepped: bool = False
+    efforts: bool = False
+    supplies: bool = False
 
     @property
     def count(self) -> int:
@@ -85,4 +89,5 @@ class CrowdPlan(Struct, frozen=True):
 
     def results(self, nv: int) -> dict[str, int]:
         """Return how many results each function has."""
-        return {**{kind.function: crowd_values(kind) for kind in self.kinds}, "crowd_push": nv}
+        supply = {"crowd_supply": 1} if self.supplies else {}
+        return {**{kind.function: crowd_values(kind) for kind in self.kinds}, "crowd_push": nv, **supply}

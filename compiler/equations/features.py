@@ -202,7 +202,8 @@ def _crowd(draft: Draft) -> None:
     draft.behind += draft.crowd.functions
     draft.slots |= draft.crowd.slots
     draft.described["given"] = draft.crowd.given
-    check_askers(draft.system, draft.members, (*draft.functions, *draft.behind), draft.reporter)
+    functions = (*draft.functions, *draft.behind)
+    check_askers(draft.system, draft.members, functions, draft.solved.found_apart, draft.reporter)
 
 
 def _functions(draft: Draft) -> None:

@@ -29,13 +29,7 @@ def efforts(
         _check_line(lowering, load, reporter)
         support = set(graph.support(*(effort for _, effort in pairs)))
         if support & symbols.accelerations:
-            reporter.error(
-                "E0519",
-                f"a {load.kind} must not depend on accelerations",
-                load.value.span,
-                caption="this contains a second derivative",
-                help="write the inertia as 'kinetic', 'mass' or 'inertia'",
-            )
+            _no_inertia(load.kind, load.value, reporter)
         brakes = not support & outside and (
             _always(lowering, pairs, -1) or _always(lowering, _as_written(lowering, load, symbols), -1)
         )
@@ -48,6 +42,16 @@ def efforts(
             )
         result.append(EffortPairs(load.name, tuple(pairs), not brakes, load.origin))
     return tuple(result)
+
+
+def _no_inertia(kind: str, value: Expression, reporter: Reporter) -> None:
+    reporter.error(
+        "E0519",
+        f"a {kind} must not depend on accelerations",
+        value.span,
+        caption="this contains a second derivative",
+        help="write the inertia as 'kinetic', 'mass' or 'inertia'",
+    )
 
 
 def _always(lowering: Lowering, pairs: Pairs, sign: int) -> bool:
@@ -255,7 +259,10 @@ def damping(lowering: Lowering, model: FlatModel, symbols: Symbols) -> Node:
     graph: Graph = lowering.graph
     total = graph.constant(0)
     for item in model.dampings:
-        for c, rate in resistances(lowering, item, symbols):
+        pairs = resistances(lowering, item, symbols)
+        if graph.depend([c for c, _ in pairs], symbols.accelerations):
+            _no_inertia("damping", item.value, lowering.reporter)
+        for c, rate in pairs:
             half = graph.mul(graph.half, c)
             total = graph.add(total, graph.mul(half, graph.mul(rate, rate)))
     return total

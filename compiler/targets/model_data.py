@@ -339,10 +339,14 @@ def _crowd(plan: CrowdPlan, nq: int) -> StructPointer:
             "capacity": plan.capacity,
             "n_asked": len(plan.asked),
             "n_told": plan.told,
+            "n_efforts": len(plan.groups) if plan.efforts else 0,
             "nq": nq,
             "stepped": int(plan.stepped),
             "n_values": max(crowd_values(kind) for kind in plan.kinds),
-            "n_given": max(*(kind.leaves for kind in plan.kinds), len(plan.groups) + len(plan.asked)),
+            "n_given": max(
+                *(kind.leaves for kind in plan.kinds),
+                len(plan.groups) * (2 if plan.efforts else 1) + len(plan.asked),
+            ),
             "kinds": StructArray("crowd_kinds", CrowdKindStruct, kinds),
             "lines": StructArray("crowd_lines", CrowdLineStruct, lines),
             "table": _indices("crowd_table", table),
@@ -351,6 +355,7 @@ def _crowd(plan: CrowdPlan, nq: int) -> StructPointer:
             "rhs": FunctionPointer("rhs"),
             "outputs": FunctionPointer("outputs"),
             "push": FunctionPointer("crowd_push"),
+            **({"supply": FunctionPointer("crowd_supply")} if plan.supplies else {}),
         },
     )
 

@@ -151,7 +151,7 @@ static inline int mech_crowd_listed(const mech_crowd *c, const mech_real *z)
     return n;
 }
 
-/* What a step has told of the forces: their accelerations [nv], then what is asked; NULL where none has. */
+/* What a step has told of the forces: their accelerations [nv], their efforts, then what is asked; NULL where none has. */
 static inline const mech_real *mech_crowd_told(const mech_crowd *c, const mech_real *z)
 {
     const mech_real *told = z + c->first + c->capacity;
@@ -209,8 +209,15 @@ static inline void mech_crowd_rates(const mech_model *m, mech_real t, const mech
     const mech_hybrid *h = m->hybrid;
     const mech_crowd *c = h->crowd;
     mech_crowd_closed found;
+    mech_real *a = out + m->nq, work = 0, all_lost = 0;
     c->rhs(t, y, u, z, p, out);
-    if (mech_crowd_told(c, z) || !mech_crowd_find(m, t, y, u, z, p, out + m->nq, &found)) return;
+    if (mech_crowd_told(c, z)) return;
+    mech_real *without = c->supply && h->supplied >= 0 ? (mech_real *)malloc((size_t)m->nv * sizeof(mech_real)) : NULL;
+    if (without) memcpy(without, a, (size_t)m->nv * sizeof(mech_real));
+    if (!mech_crowd_find(m, t, y, u, z, p, a, &found)) {
+        free(without);
+        return;
+    }
     for (int k = 0; k < found.n; k++) {
         const mech_crowd_kind *kind = mech_crowd_kind_of(c, found.contacts[k]);
         const mech_real *own = found.values + k * found.width, *force = found.force + MECH_CROWD_FORCES * k;
@@ -220,9 +227,18 @@ static inline void mech_crowd_rates(const mech_model *m, mech_real t, const mech
             lost = -force[1] * (mech_crowd_along(c, found.contacts[k], 1, own, y + m->nq) + drift);
             supplied -= force[1] * drift;
         }
+        all_lost += lost;
         if (h->dissipated >= 0) out[h->dissipated] += lost;
-        if (h->supplied >= 0) out[h->supplied] += supplied;
+        if (h->supplied >= 0 && !c->supply) out[h->supplied] += supplied;
     }
+    if (without) { /* what constraints and drives that move bring in as well is the rest of the change of the energy */
+        for (int i = 0; i < m->nv; i++) found.g[m->nu + i] = a[i] - without[i];
+        c->supply(t, y, found.g, z, p, &work);
+        out[h->supplied] += work + all_lost;
+    } else if (c->supply && h->supplied >= 0) {
+        out[h->supplied] = (mech_real)NAN; /* without memory: as an undefined value */
+    }
+    free(without);
     mech_crowd_forget(&found);
 }
 
@@ -247,10 +263,14 @@ static inline void mech_crowd_outputs(const mech_model *m, mech_real t, const me
     memcpy(g + m->nu, rates + m->nq, (size_t)m->nv * sizeof(mech_real));
     int *place = c->n_asked && closed ? (int *)calloc((size_t)c->n, sizeof(int)) : NULL; /* 1 + that in the list */
     for (int k = 0; place && k < found.n; k++) place[found.contacts[k]] = k + 1;
-    if (told) memcpy(g + m->nu + m->nv, told + m->nv, (size_t)c->n_asked * sizeof(mech_real));
+    mech_real *asked = g + m->nu + m->nv + c->n_efforts;
+    memset(asked - c->n_efforts, 0, (size_t)c->n_efforts * sizeof(mech_real));
+    if (told) memcpy(g + m->nu + m->nv, told + m->nv, (size_t)(c->n_efforts + c->n_asked) * sizeof(mech_real));
+    for (int k = 0; c->n_efforts && closed && k < found.n; k++)
+        mech_crowd_press(c, found.contacts[k], found.values + k * found.width, found.force + MECH_CROWD_FORCES * k, asked - c->n_efforts);
     for (int i = 0; !told && i < c->n_asked; i++) {
         const int k = place ? place[c->asked[2 * i]] - 1 : -1, what = c->asked[2 * i + 1];
-        g[m->nu + m->nv + i] = k < 0 ? (closed && !place ? (mech_real)NAN : 0) : what == 3 ? 1 : found.force[MECH_CROWD_FORCES * k + what];
+        asked[i] = k < 0 ? (closed && !place ? (mech_real)NAN : 0) : what == 3 ? 1 : found.force[MECH_CROWD_FORCES * k + what];
     }
     free(place);
     c->outputs(t, y, g, z, p, out);

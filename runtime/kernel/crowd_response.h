@@ -105,6 +105,13 @@ static inline void mech_crowd_add(const mech_crowd *c, int contact, int slip, co
     for (int i = 0; i < count; i++) along[mech_crowd_velocity(c, &who, from + i)] += size * entries[i];
 }
 
+/* Adds what the forces of a contact, along its gap and its slips, are along the velocities. */
+static inline void mech_crowd_press(const mech_crowd *c, int contact, const mech_real *values, const mech_real *force, mech_real *along)
+{
+    const int friction = mech_crowd_kind_of(c, contact)->friction;
+    for (int slip = 0; slip <= friction; slip++) mech_crowd_add(c, contact, slip, values, force[slip], along);
+}
+
 /* K x of a gap, or a slip, for x[nv]. */
 static inline mech_real mech_crowd_along(const mech_crowd *c, int contact, int slip, const mech_real *values,
                                          const mech_real *x)

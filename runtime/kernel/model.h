@@ -127,9 +127,11 @@ typedef struct mech_crowd_line {
 /* Contacts that are too many for formulas of their forces (crowd.h): z[first ...] lists those that are closed, each by
  * 8 (contact + 1) + mode. rhs and outputs of the model find their forces from what these functions give. Where steps solve for
  * contacts, `n_told` numbers stand behind the `capacity` places: 1 once a step has found forces, what these add to the
- * accelerations [nv], and what is asked [n_asked]; outputs take these, and rhs is that without the crowd. */
+ * accelerations [nv], they along the velocities [n_efforts], and what is asked [n_asked]; outputs take these, and rhs is that without
+ * the crowd. */
 typedef struct mech_crowd {
     int n, n_lines, first, capacity, n_asked, n_told;
+    int n_efforts;             /* nv where outputs are given forces along the velocities, else 0 */
     int nq;                    /* of the velocities, the first in y                              */
     int stepped;               /* 1: friction in two directions: only steps solve for it */
     int n_values, n_given;     /* the most values of a contact; the most that stands behind the inputs */
@@ -137,10 +139,12 @@ typedef struct mech_crowd {
     const mech_crowd_line *lines;
     const int *table;
     const int *group;          /* [nv] velocities between which forces act have one group        */
-    const int *asked;          /* [n_asked][2] contact; 0: force, 1, 2: those of friction, 3: closed; behind the accelerations */
+    const int *asked;          /* [n_asked][2] contact; 0: force, 1, 2: those of friction, 3: closed; behind accelerations and efforts */
     mech_function *rhs;        /* without the crowd                                              */
-    mech_function *outputs;    /* of what stands behind the inputs: accelerations, then what is asked */
+    mech_function *outputs;    /* of what stands behind the inputs: accelerations, efforts, then what is asked */
     mech_function *push;       /* out[nv]: jumps of v by the impulses along v behind the inputs  */
+    mech_function *supply;     /* out[1]: power into the energy along the accelerations behind the inputs; NULL where nothing that moves
+                                  by itself has a part in it                                     */
 } mech_crowd;
 
 /* Sources are numbers of y, u, z or the time: a delayed one is one of them a delay ago, or as it was at the start. */

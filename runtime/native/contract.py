@@ -64,10 +64,13 @@ class CrowdLineStruct(Contract):
 class CrowdStruct(Contract):
     c_name = "mech_crowd"
     _fields_ = (
-        *((name, c_int) for name in ("n", "n_lines", "first", "capacity", "n_asked", "n_told", "nq")),
+        *(
+            (name, c_int)
+            for name in ("n", "n_lines", "first", "capacity", "n_asked", "n_told", "n_efforts", "nq")
+        ),
         *((name, c_int) for name in ("stepped", "n_values", "n_given")),
         *((name, c_void_p) for name in ("kinds", "lines", "table", "group", "asked")),
-        *((name, c_void_p) for name in ("rhs", "outputs", "push")),
+        *((name, c_void_p) for name in ("rhs", "outputs", "push", "supply")),
     )
 
 

@@ -9,7 +9,8 @@ It contradicts the estimate where it is more than ``FACTOR`` times one of two bo
   rounding and the tolerance of the companion do to B. An error of the integration shrinks with the tolerance; a fault of
   the equations or of an account is the same in both runs, so that their difference does not hold it.
 
-A balance of energy with accounts that is off by a share of the energies contradicts a run at a tight tolerance whatever errors are stated.
+A balance of energy with accounts that is off by a share of the energies contradicts a run at a tight tolerance, or one by steps that solve
+for contacts, whatever errors are stated.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from numpy.typing import NDArray
 from ..case import Case
 from ..delays import Y, delays_of
 from ..memo import once
+from ..methods import SOLVING_CONTACTS
 from ..problem import Array, Problem
 from ..rows import slices, taken
 from .accuracy import EPSILON, ConstraintDrift, ErrorEstimate
@@ -162,7 +164,7 @@ def compared(
         allowed = scales(case, listed, pair, estimate)
         most = _most(case, listed, pair, estimate)
         looks = [
-            Look(check, pair.factor, *scale, least)
+            Look(check, pair.factor, *scale, least, steps=case.method in SOLVING_CONTACTS)
             for check, scale, least in zip(listed, allowed, most, strict=True)
         ]
         for rows in slices(pair.count, pair.t, pair.y, pair.z, pair.theirs):
@@ -177,14 +179,28 @@ def compared(
 def _most(case: Case, listed: tuple[Check, ...], pair: Pair, estimate: ErrorEstimate) -> list[float]:
     """Give what each check may be off by over ``FACTOR``: of a balance with accounts a share of what it is made of."""
     accounts = [i for i, q in enumerate(case.problem.states) if q.kind == "account"]
-    if not accounts or not 0 < pair.tolerance <= LOOSE:
+    steps = case.method in SOLVING_CONTACTS
+    if not accounts or not (steps or 0 < pair.tolerance <= LOOSE):
         return [math.inf] * len(listed)
     reached = [
         float(np.abs(pair.y[:, i]).max()) + estimate.nominal[case.problem.states[i].name] for i in accounts
     ]
+    if steps:  # these book the work of contacts with what they do, so that it is that of all that moves
+        reached += _kinetic(case.problem, *pair.ours(_some(pair, MOST_POINTS)), case)
     if not all(math.isfinite(size) for size in reached):
         return [math.inf] * len(listed)
     return [UNBALANCED * max(reached) / FACTOR if check.kind == "energy" else math.inf for check in listed]
+
+
+def _some(pair: Pair, count: int) -> NDArray[np.intp]:
+    """Return so many rows at most, with both ends."""
+    return np.linspace(0, pair.count - 1, min(count, pair.count)).astype(int)  # at least 1 apart
+
+
+def _kinetic(problem: Problem, t: Array, y: Array, z: Array | None, case: Case) -> list[float]:
+    """Return the largest kinetic energy at some states, where it is told."""
+    found = [i for i, q in enumerate(problem.outputs) if q.name == "energy.kinetic"]
+    return [_largest(np.abs(evaluate_rows(case, "outputs", t, y, z)[:, i])) for i in found]
 
 
 def _constraint(drift: ConstraintDrift, estimate: ErrorEstimate) -> tuple[Contradiction, float]:
@@ -198,9 +214,11 @@ class Look:
     """Compares one check of both runs, a slice after the other, with what the ``stated`` errors do to it, what both
     runs ``shared``, and the ``most`` that it may be off by whatever the errors."""
 
-    def __init__(self, check: Check, factor: float, stated: float, shared: float, most: float) -> None:
+    def __init__(
+        self, check: Check, factor: float, stated: float, shared: float, most: float, *, steps: bool
+    ) -> None:
         self._check, self._factor, self._stated, self._shared = check, factor, stated, shared
-        self._most = most
+        self._most, self._steps = most, steps
         self._anchors: tuple[Array, Array] | None = None
         self._own = 0.0
         self._ratio = 0.0
@@ -237,8 +255,9 @@ class Look:
         off, expected, theirs = self._worst
         kind, persists = check.kind, theirs > HELD * off
         if expected == self._most:
+            steps = True if self._steps else None
             return Contradiction(
-                "work", check.name, check.unit, off, FACTOR * expected, self._since, None
+                "work", check.name, check.unit, off, FACTOR * expected, self._since, steps
             ), self._ratio
         return Contradiction(
             kind, check.name, check.unit, off, FACTOR * expected, self._since, persists
@@ -264,8 +283,7 @@ def scales(
     problem = case.problem
     ny = problem.ny
     count = int(np.clip(MOST_ROWS // (2 * (ny + 1)), 4, MOST_POINTS))
-    chosen = np.linspace(0, pair.count - 1, min(count, pair.count)).astype(int)  # at least 1 apart
-    t, y, z = pair.ours(chosen)
+    t, y, z = pair.ours(_some(pair, count))
     names = [q.name for q in problem.states]
     floor = EPSILON * np.sqrt(max(pair.steps, FEWEST))  # rounding adds up like a random walk
     size = np.array([estimate.nominal[n] for n in names]) + np.abs(y)

@@ -35,6 +35,10 @@ CAUSES: dict[tuple[str, bool | None], str] = {
         "a tighter run is off less: the steps were too long for something that both runs felt, so that the errors are "
         "larger than estimated; a tighter tolerance, or a closer 'every', shows it"
     ),
+    ("work", True): (
+        "steps of one size have supplied or lost it, and no account holds it: stiff forces that bend within a step, as of a spring that is not "
+        "linear, or bodies that turn far in one; a smaller step shows it"
+    ),
     ("force", None): _FORCES,
     ("moment", None): _FORCES,
     ("place", None): _JOINTS,
@@ -55,7 +59,7 @@ ALLOWS = {
 
 class Contradiction(Struct, frozen=True):
     """A check that disagrees with the estimated errors. ``kind``: energy, momentum, closed solution, constraints; work, of a balance of
-    energy that is off by a share of it, as the estimated errors tell; force and moment of a body, and place and direction of a joint, which hold at each instant.
+    energy that is off by a share of it, as the estimated errors tell, and by steps of one size where that ``persists``; force and moment of a body, and place and direction of a joint, which hold at each instant.
 
     ``found``: its largest size in SI, beyond what is ``allowed`` by the estimates from the time ``since`` on.
     ``persists``: a run at a tighter tolerance is off as much; None where that is not known.

@@ -14,20 +14,24 @@ from mechc.runtime.interface import Quantity
 
 from ...flat.model import ContactFamily, Unlike
 from ...graph import Graph, Node
-from ...graph.differentiate import jacobian
+from ...graph.differentiate import jacobian, jvp
 from ...graph.operations import ABS, ADD, ATAN2, CONST, COS, LOOKUP, MUL, NEG, POW, SIN, SQRT, SUB, SYMBOL
 from ...graph.rewrite import substitute
 from ...mechanics.families import FamilyRows, Read
+from ...mechanics.meaning.questions import PREFIX
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..crowd_plan import CrowdColumns, CrowdKind, CrowdLine, CrowdPlan
 from ..model import Function, Slot, quantity
 from ..reported.entries import Layout
 from ..rows.crowd import CrowdMember
 from ..rows.residual import constraint_rates
-from ..solve.solved import Solved, velocity_jumps
+from ..solve.energies import carried
+from ..solve.solved import Solved, answer_impulses, velocity_jumps
 
 PUSH = "crowd_push"
 """The function of what generalised impulses do to the velocities."""
+SUPPLY = "crowd_supply"
+"""The function of what accelerations do to the energy."""
 
 CLOSED = 3
 """What an output asks of a contact beside its forces, along its gap and its slips: whether it is closed."""
@@ -184,9 +188,10 @@ class _Former:
             lines.add_family(numbers[key], family.family, member.gap, rows, columns)
         formed = tuple(kind for kind, _ in kinds.values())
         push = self.push()
-        asked, read = self.read_by(outputs, lines.numbers)
+        supply = self.supply()
+        efforts, asked, read = self.read_by(outputs, lines.numbers)
         capacity = 0 if self.stepped else min(lines.count, 2 * len(self.velocities))
-        told = 1 + len(self.velocities) + len(asked) if self.told else 0
+        told = 1 + len(self.velocities) * (2 if efforts else 1) + len(asked) if self.told else 0
         places = [self.graph.symbol(f"#closed {k + 1}") for k in range(capacity)]
         places += [self.graph.symbol(f"#told {k + 1}") for k in range(told)]
         given = tuple(quantity(f"given[{k + 1}]", "given", "") for k in range(len(self.given)))
@@ -201,9 +206,11 @@ class _Former:
             asked,
             told,
             self.stepped,
+            efforts,
+            bool(supply),
         )
         functions = tuple(function for _, function in kinds.values())
-        return Crowd(plan, (*functions, push), given, slots, tuple(places), read)
+        return Crowd(plan, (*functions, push, *supply), given, slots, tuple(places), read)
 
     # ------------------------------------------------------------ what is formed of every contact
 
@@ -318,7 +325,7 @@ class _Former:
         sizes = (len(self.layout.states), len(self.layout.parameters))
         before = {"y": 0, "p": sizes[0], "z": sum(sizes)}
         if slot is None or slot.array not in before:
-            raise refused(self.reporter, rows, f"reads '{self.graph.name(n)}'")
+            raise refused(self.reporter, rows, f"reads '{self.graph.name(n).removeprefix(PREFIX)}'")
         return before[slot.array] + slot.index
 
     # ------------------------------------------------------------ the code of a kind
@@ -375,6 +382,20 @@ class _Former:
         jumps = velocity_jumps(self.system, self.solved, self.give(len(self.velocities)))
         return Function(PUSH, "jumps of the velocities by impulses along them", self.solved.resolve(jumps))
 
+    def supply(self) -> list[Function]:
+        """Return the power that goes into the energy along accelerations, where what moves by itself has a part in it."""
+        total, held = self.solved.energies.total, [row.rate for row in self.solved.rows]
+        if not carried(self.system, total, held):
+            return []
+        along = dict(zip(self.velocities, self.give(len(self.velocities)), strict=True))
+        return [
+            Function(
+                SUPPLY,
+                "power of accelerations",
+                self.solved.resolve(jvp(self.graph, [total], along)),
+            )
+        ]
+
     def groups(self, push: Function) -> tuple[int, ...]:
         """Number the groups of velocities within which impulses act."""
         count = len(self.velocities)
@@ -401,22 +422,40 @@ class _Former:
 
     def read_by(
         self, outputs: Sequence[Node], numbers: Sequence[int]
-    ) -> tuple[tuple[tuple[int, int], ...], tuple[Node, ...]]:
-        """Return what outputs read of contacts, and the outputs as formulas of what they are given: accelerations, then that.
+    ) -> tuple[bool, tuple[tuple[int, int], ...], tuple[Node, ...]]:
+        """Return whether outputs read forces along velocities, what they read of contacts, and the outputs as formulas of what they
+        are given: accelerations, then these forces, then that.
 
         Formulas elsewhere know the accelerations without the crowd."""
         graph, solved = self.graph, self.solved
         read = dict(zip((self.system.a[i] for i in solved.free), self.give(len(solved.free)), strict=True))
         nodes = substitute(graph, outputs, {**solved.replace, **read})
         found = set(graph.support(*nodes))
+        efforts = not found.isdisjoint(solved.found_apart)
+        behind = len(read)
+        if efforts:
+            nodes = substitute(graph, nodes, self.held(behind))
+            behind += len(self.velocities)
         asked: list[tuple[int, int]] = []
         put: dict[Node, Node] = {}
         for number, member in zip(numbers, self.members, strict=True):
             for what, symbol in (*enumerate(member.forces), (CLOSED, member.flag)):
                 if symbol in found:
-                    put[symbol] = self.give(len(read) + len(asked) + 1)[-1]
+                    put[symbol] = self.give(behind + len(asked) + 1)[-1]
                     asked.append((number, what))
-        return tuple(asked), tuple(substitute(graph, nodes, put))
+        return efforts, tuple(asked), tuple(substitute(graph, nodes, put))
+
+    def held(self, after: int) -> dict[Node, Node]:
+        """Return the forces of constraints, by the symbols for them: with what contacts add to those without them. What contacts do
+        along the velocities is given ``after`` so many numbers."""
+        graph, solved = self.graph, self.solved
+        efforts = self.give(after + len(self.velocities))[after:]
+        _, added = answer_impulses(self.system, solved, efforts)
+        more = dict(zip((row.multiplier for row in solved.rows), solved.resolve(added), strict=True))
+        return {
+            symbol: graph.add(solved.resolve([lam])[0], more.get(lam, graph.zero))
+            for symbol, lam in solved.found_apart.items()
+        }
 
 
 def _varying(side: Sequence[Sequence[Node]]) -> frozenset[int]:

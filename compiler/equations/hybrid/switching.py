@@ -149,7 +149,7 @@ def add_events(
         supplied=_index(names, "energy.supplied"),
         total=_index([entry.name for entry in outputs], "energy.total"),
         carried="energy.supplied" in names
-        and bool(rows)
+        and (bool(rows) or crowd is not None)
         and carried(system, solved.energies.total, [row.rate for row in solved.rows]),
         slides=places_of_modes(surfaces, switches.located),
         delays=delays,

@@ -7,6 +7,7 @@ in what they read are one kind: the code of a kind is formed once, for the first
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from typing import assert_never
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -16,6 +17,7 @@ from mechc.lang.diagnostics import Reporter
 from ...flat.model import Unlike
 from ...graph import Node
 from ...mechanics.families import FamilyRows
+from ...mechanics.modes import CheckAction, EndAction, ImpulseAction, SetAction
 from ...mechanics.system import ConstraintRows, MechanicalSystem
 from ..model import Equations, Function
 from .modes import MOST_ROWS
@@ -80,9 +82,12 @@ def _belongs(rows: ConstraintRows) -> bool:
     return mode.kind == "contact" or bool(mode.contact)
 
 
-def forces_by_name(members: Sequence[CrowdMember]) -> dict[str, tuple[Node, ...]]:
-    """Return the symbols of the forces by the names that questions use: those of the parts of a gap together."""
-    found: dict[str, tuple[Node, ...]] = {}
+def forces_by_name(system: MechanicalSystem, members: Sequence[CrowdMember]) -> dict[str, tuple[Node, ...]]:
+    """Return the symbols of the forces by the names that questions use: those of the parts of a gap together, and those of
+    constraints, to which contacts add, where questions ask for them."""
+    if not members:
+        return {}
+    found = _of_constraints(system)
     for member in members:
         for rows, force in zip((member.gap, *member.friction), member.forces, strict=True):
             assert rows.mode is not None
@@ -90,6 +95,21 @@ def forces_by_name(members: Sequence[CrowdMember]) -> dict[str, tuple[Node, ...]
             if name in found or name != rows.name:  # parts of one gap: nobody asked has all of them here
                 found.pop(name, None)
             found[rows.name] = (force,)
+    return found
+
+
+def _of_constraints(system: MechanicalSystem) -> dict[str, tuple[Node, ...]]:
+    """Return a symbol for each multiplier of the constraints that questions name."""
+    named = {query.target for query in system.queries.values() if query.function == "multiplier"}
+    found: dict[str, tuple[Node, ...]] = {}
+    for rows in system.constraints:
+        if rows.name in named:
+            before = found.get(rows.name, ())
+            numbers = range(len(before), len(before) + len(rows.residuals))
+            found[rows.name] = (
+                *before,
+                *(system.graph.symbol(f"#force of {rows.name}.{k}") for k in numbers),
+            )
     return found
 
 
@@ -112,9 +132,9 @@ def check_crowd(
     asked = [words for part, words in REFUSED.items() if part in parts]
     accelerations = set(system.a)
     found = set(system.graph.support(*system.xdot.values(), *(b.condition for b in system.branches)))
-    found |= set(system.graph.support(*(a.condition for a in system.assertions)))
+    found |= set(system.graph.support(*(a.condition for a in system.assertions), *_acted(system)))
     if found & accelerations:
-        asked.append("an acceleration in an equation, a condition or an assertion")
+        asked.append("an acceleration in an equation, a condition, an action or an assertion")
     if any(query.function in ("reaction", "moment") for query in system.queries.values()):
         asked.append("a reaction")
     laws = [n for e in system.efforts for _, n in e.pairs]
@@ -127,14 +147,33 @@ def check_crowd(
         raise _unformed(system, members, asked[0], reporter)
 
 
+def _acted(system: MechanicalSystem) -> list[Node]:
+    """Return the formulas of what branches do."""
+    found: list[Node] = []
+    for action in (action for branch in system.branches for action in branch.actions):
+        match action:
+            case SetAction(values=values):
+                found += values
+            case ImpulseAction(pairs=pairs):
+                found += [impulse for _, impulse in pairs]
+            case CheckAction(condition=condition):
+                found.append(condition)
+            case EndAction():
+                pass
+            case _:
+                assert_never(action)
+    return found
+
+
 def check_askers(
     system: MechanicalSystem,
     members: Sequence[CrowdMember],
     functions: Sequence[Function],
+    found_apart: Collection[Node],
     reporter: Reporter,
 ) -> None:
-    """Report formulas other than outputs that read the forces of a crowd, or which of its contacts are closed."""
-    symbols = {n for m in members for n in (*m.forces, m.flag)}
+    """Report formulas other than outputs that read the forces of a crowd, those that it adds to, or which of its contacts are closed."""
+    symbols = {n for m in members for n in (*m.forces, m.flag)} | {*found_apart}
     sticks = {rows.mode.flag for m in members for rows in m.friction if rows.mode is not None}
     for function in functions:
         if sticks & set(system.graph.support(*function.outputs)):

@@ -14,7 +14,7 @@ from mechc.runtime.interface import COMPLIANCE
 
 from ...flat.model import Query, Role
 from ...graph import Graph, Node
-from ...graph.differentiate import jacobian, jvp
+from ...graph.differentiate import jacobian, jvp, vjp
 from ...graph.elimination.eliminate import ZeroPivot, solve
 from ...graph.evaluate import evaluate
 from ...graph.rewrite import substitute
@@ -59,7 +59,8 @@ START_TOLERANCE = 1e-9
 class Solved(Struct, frozen=True):
     """Everything after elimination. ``replace`` turns each symbol that is not an array entry into its formula.
 
-    ``driven``: formulas of prescribed coordinates and their rates; ``free``: indices of the unknown velocities;
+    ``found_apart``: multipliers by the symbols that answers have in their place; ``driven``: formulas of prescribed coordinates and
+    their rates; ``free``: indices of the unknown velocities;
     ``rows``: independent constraint rows; ``all_rows``: with the dependent ones; ``switched``: rows with modes;
     ``sides``: comparisons of forces in their laws; ``shared``: what may share a load, by multipliers; ``residual``: r - K^T lam; ``pivots`` must not vanish,
     and what may make them vanish is ``asserted``.
@@ -82,6 +83,7 @@ class Solved(Struct, frozen=True):
     replace: Mapping[Node, Node]
     shared: Mapping[Node, Share]
     held_inputs: tuple[int, ...] = ()
+    found_apart: Mapping[Node, Node] = {}
 
     def resolve(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """Return formulas of numbers that have a place at run time."""
@@ -97,7 +99,7 @@ def solve_system(
     """Solve the equations of motion of a system. Raises Undetermined where they do not decide the motion. ``parts``: see
     needs.py.
 
-    ``apart``: symbols of forces that others find, by the names that questions use.
+    ``apart``: symbols of forces that others find, by the names that questions use; of constraints, what others add to them.
     """
     graph = system.graph
     driven, prescribed = prescribed_motion(system)
@@ -136,6 +138,9 @@ def solve_system(
     reporter.stop_on_errors()
     all_rows = tuple(row for row in every_row if row.constraint.mode is None)
     replies = _replies(system, raw, multipliers)
+    found_apart: dict[Node, Node] = {}
+    for name, symbols in (apart or {}).items():
+        found_apart |= zip(symbols, replies.multipliers.get(name, ()), strict=False)
     if apart:
         replies = replace_fields(replies, multipliers={**replies.multipliers, **apart})
     sides: dict[Node, Side] = {}
@@ -183,7 +188,8 @@ def solve_system(
     shared = shares_of(system, rows, switched, free, {**driven, **still})
     if follows(system, shared, forces.symbols, answered):
         shared = {}
-    replace |= _asked_by_rates(system, answered, replace, partial(told, system, shared, switched))
+    with_shares = partial(_told, system, shared, switched, r, free, rows)
+    replace |= _asked_by_rates(system, answered, replace, with_shares)
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _outer_power(system, solved_rows, raw, driven, {**state_rates, **still})
     alone = frozenset(_balanced(system, combined=False))  # their balances hold whatever else moves
@@ -192,9 +198,10 @@ def solve_system(
     if balanced:
         energy = _with_balances(system, energy, {**replace, **state_rates})
     warn_of_counting_twice(system, energy.kinetic, {**driven, **still}, reporter)
-    replies = replace_fields(replies, dropped=frozenset(absent))
+    lost = {symbol for symbol, lam in found_apart.items() if lam in absent}
+    replies = replace_fields(replies, dropped=frozenset({*absent, *lost}))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
-    reported = dict(zip(reported, told(system, shared, switched, list(reported.values())), strict=True))
+    reported = dict(zip(reported, with_shares(list(reported.values())), strict=True))
     replace |= zip(reported, substitute(graph, list(reported.values()), replace), strict=True)
     try:
         projected = projection(system, r, free, rows, supports) if rows else None
@@ -218,6 +225,7 @@ def solve_system(
         replace=replace,
         shared=shared,
         held_inputs=held_inputs(system, steady),
+        found_apart=found_apart,
     )
 
 
@@ -443,6 +451,28 @@ def _asked_by_rates(
     return dict(zip(symbols, formulas, strict=True))
 
 
+def _told(
+    system: MechanicalSystem,
+    shared: Mapping[Node, Share],
+    switched: Sequence[Row],
+    reduced: Sequence[Node],
+    free: Sequence[int],
+    rows: Sequence[Row],
+    answers: Sequence[Node],
+) -> list[Node]:
+    """Return answers about forces with what is shared, and with what constraints that always hold answer to that."""
+    graph = system.graph
+    held = {row.multiplier for row in rows}
+    found = told(system, shared, switched, answers)
+    if not shared or held.isdisjoint(graph.support(*answers)):
+        return found
+    beside = [(row.rate, shared[row.multiplier].beside) for row in switched if row.multiplier in shared]
+    impulses = vjp(graph, beside, [system.v[i].node for i in free])
+    _, added = _answer_impulses(system, reduced, free, rows, impulses)
+    more = {row.multiplier: graph.add(row.multiplier, lam) for row, lam in zip(rows, added, strict=True)}
+    return substitute(graph, found, more)
+
+
 def _replies(system: MechanicalSystem, raw: Sequence[Node], multipliers: Sequence[Sequence[Node]]) -> Replies:
     """Return what is known of forces by name, while no row is left out."""
     named: dict[str, tuple[Node, ...]] = {}
@@ -488,16 +518,32 @@ def _outer_power(
 
 def velocity_jumps(system: MechanicalSystem, solved: Solved, impulses: Sequence[Node]) -> tuple[Node, ...]:
     """Return d with M d - K^T mu = impulses and K d = 0, for the constraints that are never switched."""
+    return answer_impulses(system, solved, impulses)[0]
+
+
+def answer_impulses(
+    system: MechanicalSystem, solved: Solved, impulses: Sequence[Node]
+) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """Return d and mu with M d - K^T mu = impulses and K d = 0, for the constraints that are never switched."""
+    return _answer_impulses(system, solved.residual, solved.free, solved.rows, impulses)
+
+
+def _answer_impulses(
+    system: MechanicalSystem,
+    reduced: Sequence[Node],
+    free: Sequence[int],
+    rows: Sequence[Row],
+    impulses: Sequence[Node],
+) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     graph = system.graph
-    free = [system.a[i] for i in solved.free]
-    jumps = [graph.symbol(f"#jump {i}") for i in solved.free]
-    residual = [solved.residual[i] for i in solved.free]
-    inertia = jvp(graph, residual, dict(zip(free, jumps, strict=True)))
-    forces = jvp(graph, residual, {row.multiplier: row.multiplier for row in solved.rows})
-    along: Mapping[Node, Node] = {system.v[i].node: d for i, d in zip(solved.free, jumps, strict=True)}
-    held = jvp(graph, [row.rate for row in solved.rows], along)
+    jumps = [graph.symbol(f"#jump {i}") for i in free]
+    residual = [reduced[i] for i in free]
+    inertia = jvp(graph, residual, dict(zip((system.a[i] for i in free), jumps, strict=True)))
+    forces = jvp(graph, residual, {row.multiplier: row.multiplier for row in rows})
+    along: Mapping[Node, Node] = {system.v[i].node: d for i, d in zip(free, jumps, strict=True)}
+    held = jvp(graph, [row.rate for row in rows], along)
     equations = [graph.sub(graph.add(m, f), p) for m, f, p in zip(inertia, forces, impulses, strict=True)]
-    equations = weighted(graph, equations, solved.rows, held, jumps)
-    unknowns = [*jumps, *(row.multiplier for row in solved.rows)]
+    equations = weighted(graph, equations, rows, held, jumps)
+    unknowns = [*jumps, *(row.multiplier for row in rows)]
     found = solve(graph, [*equations, *held], unknowns)
-    return found.solutions[: len(jumps)]
+    return found.solutions[: len(jumps)], found.solutions[len(jumps) :]

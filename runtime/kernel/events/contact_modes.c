@@ -497,10 +497,13 @@ static int shock(mech_solver *s)
 
 int mech_contact_modes_end_rattle(mech_solver *s)
 {
-    if (!(s->events->counters[MECH_RATTLES] > 0)) return 0;
+    mech_real *jams = s->events->counters + MECH_JAMS;
+    if (!(s->events->counters[MECH_RATTLES] > 0) && !(*jams > 0)) return 0;
     mech_rows_read(s);
     mech_rows_find_response(s);
+    if (*jams > 0) *jams = -1;
     if (shock(s)) return 1;
+    if (!(s->events->counters[MECH_RATTLES] > 0)) return 0;
     s->events->counters[MECH_NEARLY] = s->events->counters[MECH_RATTLES]; /* else slips that are ever less slow end */
     mech_surface_friction_end(s);
     s->events->counters[MECH_NEARLY] = 0;

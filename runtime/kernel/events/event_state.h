@@ -62,6 +62,7 @@ enum {
     MECH_FLIES,   /* nothing is laid down                                                       */
     MECH_NEARLY,  /* slips of so many times what counts as none count as none                   */
     MECH_RATTLES, /* instants follow each other without progress                                */
+    MECH_JAMS,    /* 1: a step has become too small beside a slip; -1: since then, until the next step */
     MECH_COUNTERS
 };
 

@@ -340,6 +340,27 @@ static void look_ahead(mech_solver *s, mech_real limit)
     s->method->begin(s, 1);
 }
 
+/* Whether a friction in a contact slides. */
+static int slides(const mech_solver *s)
+{
+    for (int i = 0; i < s->events->n_rows; i++) {
+        const mech_row *row = mech_row_of(s, i);
+        if (row->kind == MECH_FRICTION && row->normal >= 0 && s->events->z[row->sign] != 0) return 1;
+    }
+    return 0;
+}
+
+/* Where forces grow without bounds while a contact slides, its slip turns at once, by a shock (P. Painleve 1895). What a step beyond
+ * that has seen is not a size. Gives whether there may be one. */
+static int may_jam(mech_solver *s)
+{
+    mech_event_state *e = s->events;
+    if (s->method->impulses || s->model->hybrid->crowd || !slides(s) || e->counters[MECH_JAMS] < 0) return 0;
+    forget_sizes(s);
+    e->counters[MECH_JAMS] = 1;
+    return 1;
+}
+
 /* One step, and what happens at its end. */
 static int hybrid_step(mech_solver *s, mech_real limit)
 {
@@ -352,6 +373,10 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     look_ahead(s, mech_min(limit, next));
     int status = try_and_locate(s, paced(s, mech_min(limit, next)), &t_new, &h, &hit, &part, &hidden);
     if (status == MECH_NOT_FINITE && (hit = cross_tangentially(s)) >= 0) return reach(s, hit);
+    if (status == MECH_STEP_TOO_SMALL && may_jam(s)) {
+        run->report.status = MECH_RUNNING;
+        return reach(s, -1);
+    }
     if (status) return status;
     if (e->n) {
         const mech_real shared = shares_end(s, h, hit < 0 ? 1 : part);
@@ -389,6 +414,7 @@ static int hybrid_step(mech_solver *s, mech_real limit)
     if (!status && s->history && run->next_stop > stop) status = mech_history_stop(s);
     if (status) return status;
     memset(e->fresh, 0, (size_t)e->n * sizeof(mech_real));
+    e->counters[MECH_JAMS] = 0;
     const int broken = s->history ? mech_history_at_break(s) : 0;
     if (broken < 0) return broken;
     return hit >= 0 || given_up || broken || rises || mech_schedule_due(known, t_new) ? reach(s, hit) : check_limits(s);

@@ -51,7 +51,7 @@ void mech_indicators_read(mech_solver *s, mech_real t, const mech_real *y, mech_
     if (h->crowd) mech_window_indicate(s, t, y, w + h->n_switches, rate ? rate + h->n_switches : NULL);
     for (int i = 0; s->events->counters[MECH_CARRIED] > 0 && i < s->events->n_rows; i++) {
         if (!mech_row_is_carried(s, i)) continue;
-        w[h->n_switches + i] = s->events->force[i];
+        w[h->n_switches + i] = *mech_indicator_size(s, h->n_switches + i); /* in its unit: what slides, or is open, holds no force */
         if (rate) rate[h->n_switches + i] = 0;
     }
     if (!h->crowd) widen_unheld(s, w);

@@ -31,6 +31,9 @@ static const mech_real MISSED = MECH_C(1e-9);
 /* The largest h/2 |B| that is not stiff: explicit steps are stable up to 1. */
 static const mech_real STIFF = MECH_C(0.25);
 
+/* The displacement by which derivatives of forces are found, in the size of a coordinate, whose rounding is 1e-8 of that. */
+static const mech_real SEEN = MECH_C(1e-8);
+
 static int lacks(const mech_model *model)
 {
     const mech_hybrid *h = model->hybrid;
@@ -306,36 +309,60 @@ static void solve_rows(mech_solver *s, const room *o, mech_real h, const mech_re
     }
 }
 
-/* What constraints and drives that move bring in while impulses take velocities from free_ to v: the change of the energy that
+/* The jumps of the velocities that the impulses of the step make by themselves; the middle is o->y. */
+static void jump(mech_solver *s, const room *o, mech_real t, mech_real h, mech_real *out)
+{
+    const mech_model *m = s->model;
+    const mech_hybrid *hybrid = m->hybrid;
+    if (hybrid->crowd) {
+        if (!mech_moreau_crowd_push(s, &o->crowd, t, h, o->y, out)) *o->fastest = (mech_real)NAN; /* without memory */
+        return;
+    }
+    for (int i = 0; i < hybrid->n_rows; i++)
+        if (hybrid->rows[i].impulse >= 0) o->z[hybrid->rows[i].impulse] = o->impulse[i];
+    hybrid->respond(t, o->y, s->u, o->z, s->o.p, o->response);
+    for (int i = 0; i < hybrid->n_rows; i++)
+        if (hybrid->rows[i].impulse >= 0) o->z[hybrid->rows[i].impulse] = 0;
+    memcpy(out, o->response, (size_t)m->nv * sizeof(mech_real));
+}
+
+/* What constraints and drives that move bring in while impulses make these `jumps`: the change of the energy that
  * these alone make, about the mean of v0 and v, and what they take out of it. o->y: the middle. */
-static mech_real carried(mech_solver *s, const room *o, mech_real t, const mech_real *v0, const mech_real *free_, const mech_real *v, mech_real lost)
+static mech_real carried(mech_solver *s, const room *o, mech_real t, const mech_real *v0, const mech_real *v, const mech_real *jumps, mech_real lost)
 {
     const mech_model *m = s->model;
     mech_real sides[2];
     for (int side = 0; side < 2; side++) {
         const mech_real share = side ? MECH_C(-0.5) : MECH_C(0.5);
-        for (int i = 0; i < m->nv; i++) o->y[m->nq + i] = (v0[i] + v[i]) / 2 + share * (v[i] - free_[i]);
+        for (int i = 0; i < m->nv; i++) o->y[m->nq + i] = (v0[i] + v[i]) / 2 + share * jumps[i];
         m->outputs(t, o->y, s->u, s->o.z, s->o.p, o->outputs);
         sides[side] = o->outputs[m->hybrid->total];
     }
     return sides[0] - sides[1] + lost;
 }
 
-/* B x for |x| = size, from a(q_m, v0) in f1. o->y: the middle, and v0; work: two derivatives. */
+/* B x for |x| = size, from a(q_m, v0) in f1. o->y: the middle, and v0; work: two derivatives. What x displaces within h/2 is made
+ * larger where rounding of a coordinate would be seen in it: forces may be differences of coordinates. */
 static void steepen(mech_solver *s, const room *o, mech_real h, const mech_real *f1, const mech_real *x, mech_real *work, mech_real *out)
 {
     const mech_model *m = s->model;
     const int nq = m->nq, nv = m->nv;
     const mech_real middle = s->run->report.t + h / 2, *v0 = s->y + nq;
-    mech_real *q = work + s->ny;
+    mech_real *q = work + s->ny, longer = (mech_real)INFINITY;
     for (int i = 0; i < nv; i++) o->y[nq + i] = v0[i] + x[i];
     mech_rhs(s, middle, o->y, work);
+    memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
     memcpy(q, o->y, (size_t)nq * sizeof(mech_real));
-    for (int i = 0; i < nq; i++) o->y[i] += h / 2 * (work[i] - f1[i]);
+    for (int i = 0; i < nv; i++) out[i] = work[nq + i] - f1[nq + i];
+    for (int i = 0; i < nq; i++) {
+        const mech_real moved = mech_abs(h / 2 * (work[i] - f1[i])), seen = SEEN * mech_max(mech_abs(q[i]), mech_nominal(s, i));
+        if (moved > 0) longer = mech_min(longer, seen / moved);
+    }
+    longer = mech_finite(longer) ? mech_max(1, longer) : 1;
+    for (int i = 0; i < nq; i++) o->y[i] += longer * h / 2 * (work[i] - f1[i]);
     mech_rhs(s, middle, o->y, work);
     memcpy(o->y, q, (size_t)nq * sizeof(mech_real));
-    memcpy(o->y + nq, v0, (size_t)nv * sizeof(mech_real));
-    for (int i = 0; i < nv; i++) out[i] = work[nq + i] - f1[nq + i];
+    for (int i = 0; i < nv; i++) out[i] += (work[nq + i] - f1[nq + i]) / longer;
 }
 
 static mech_real largest(int n, const mech_real *x)
@@ -353,8 +380,10 @@ static int find_stiff(mech_solver *s, room *o, mech_real h, const mech_real *f1,
     mech_real *x = work + 2 * s->ny, *column = x + nv, size = MECH_C(1e-7) * mech_max(largest(nv, s->y + nq), h * largest(nv, f1 + nq)), rate = 0;
     if (nv > MOST_STIFF) return 0;
     if (!(size > 0)) size = MECH_C(1e-7);
-    if (fresh)
-        for (int i = 0; i < nv; i++) o->steepest[i] = 1;
+    for (int i = 0; fresh && i < nv; i++) { /* no motion that springs do not feel, as one of all alike */
+        const mech_real part = MECH_C(0.6180339887) * (i + 1);
+        o->steepest[i] = part - mech_floor(part) - MECH_C(0.45);
+    }
     for (int look = 0; look < (fresh ? FIRST_LOOKS : 1); look++) {
         for (int i = 0; i < nv; i++) x[i] = size * o->steepest[i];
         steepen(s, o, h, f1, x, work, column);
@@ -423,8 +452,12 @@ static mech_real attempt(mech_solver *s, mech_real h)
         else
             solve_rows(s, &o, h, v0, free_, v, &lost, &supplied);
         if (!mech_finite(*o.fastest)) return *o.fastest;
-        if (hybrid->carried && hybrid->supplied >= 0 && hybrid->total >= 0 && !o.stiff.is)
-            supplied = carried(s, &o, middle, v0, free_, v, lost);
+        if (hybrid->carried && hybrid->supplied >= 0 && hybrid->total >= 0) {
+            mech_real *jumps = f2;
+            for (int i = 0; i < nv; i++) jumps[i] = v[i] - free_[i];
+            if (o.stiff.is) jump(s, &o, middle, h, jumps);
+            supplied = carried(s, &o, middle, v0, v, jumps, lost);
+        }
         for (int i = 0; i < nv; i++) o.y[nq + i] = (v0[i] + v[i]) / 2;
         s->o.z = o.z;
         mech_rhs(s, middle, o.y, f3);
@@ -440,6 +473,13 @@ static mech_real attempt(mech_solver *s, mech_real h)
     s->o.z = z;
     /* q' is an affine function of v: that of v+ from those of v and of the mean */
     for (int i = 0; i < nq; i++) s->y_new[i] = o.y[i] + h / 2 * (2 * f3[i] - f1[i]);
+    if (o.stiff.is) { /* what forces do is that at the mean of both ends, too */
+        for (int i = 0; i < nq; i++) o.y[i] = (s->y[i] + s->y_new[i]) / 2;
+        mech_normalise(m, o.y);
+        s->o.z = o.z;
+        mech_rhs(s, middle, o.y, f3);
+        s->o.z = z;
+    }
     for (int i = nq + nv; i < ny; i++) s->y_new[i] = s->y[i] + h * f3[i];
     if (hybrid->dissipated >= 0) s->y_new[hybrid->dissipated] += lost;
     if (hybrid->supplied >= 0) s->y_new[hybrid->supplied] += supplied;

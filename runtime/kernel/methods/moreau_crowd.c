@@ -13,13 +13,14 @@ enum { MOST_SWEEPS = 1000, SOME_SWEEPS = 200, MOST_JOINED = 96, LONGER = 2, FIRS
  * bodies one that nothing drives is moved by what is left of others. */
 static const mech_real DRIVEN = 2, UNSOLVED = 10;
 
-size_t mech_moreau_crowd_numbers(const mech_model *model) { return 4 * (size_t)model->hybrid->crowd->n + 2 * (size_t)model->nv + 2; }
+size_t mech_moreau_crowd_numbers(const mech_model *model) { return 4 * (size_t)model->hybrid->crowd->n + 3 * (size_t)model->nv + 2; }
 
 void mech_moreau_crowd_attach(mech_moreau_crowd *o, const mech_model *model, mech_real *memory)
 {
     const size_t n = (size_t)model->hybrid->crowd->n;
     *o = (mech_moreau_crowd){.impulse = memory, .wake = memory + 3 * n, .moved = memory + 4 * n, .step = memory + 4 * n + 1,
-                             .moves = memory + 4 * n + 2, .pull = memory + 4 * n + 2 + model->nv};
+                             .moves = memory + 4 * n + 2, .pull = memory + 4 * n + 2 + model->nv,
+                             .effort = memory + 4 * n + 2 + 2 * model->nv};
 }
 
 void mech_moreau_crowd_begin(const mech_moreau_crowd *o, const mech_model *model, int fresh)
@@ -344,20 +345,23 @@ int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, const me
     *o->moved += h * speed;
     *o->step = h;
     for (int i = 0; done && i < m->nv; i++) o->pull[i] = (v[i] - free_[i]) / h;
+    memset(o->effort, 0, (size_t)m->nv * sizeof(mech_real));
     for (int k = 0; done && k < list.n; k++) found->overlap = mech_max(found->overlap, -list.values[(size_t)k * (size_t)c->n_values]);
     memset(o->impulse, 0, 3 * (size_t)c->n * sizeof(mech_real));
     for (int k = 0; done && k < problem.n; k++) {
         const mech_block *block = problem.blocks + k;
         const int contact = list.contact[number[k]];
         const mech_real *values = list.values + (size_t)number[k] * (size_t)c->n_values;
-        mech_real before[3];
+        mech_real before[3], force[3] = {0};
         rates(c, contact, values, v0, before);
         rates(c, contact, values, v, after);
         for (int i = 0; i < mech_cone_rows(&block->cone); i++) {
             o->impulse[3 * contact + i] = block->r[i];
+            force[i] = block->r[i] / h;
             found->lost -= block->r[i] * (before[i] + after[i]) / 2;
             found->supplied -= block->r[i] * values[mech_crowd_drift(mech_crowd_kind_of(c, contact), i)];
         }
+        mech_crowd_press(c, contact, values, force, o->effort);
     }
     free(number);
     free(problem.blocks);
@@ -366,13 +370,27 @@ int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, const me
     return done > 0;
 }
 
+int mech_moreau_crowd_push(mech_solver *s, const mech_moreau_crowd *o, mech_real t, mech_real h, const mech_real *y, mech_real *jumps)
+{
+    const mech_model *m = s->model;
+    const mech_crowd *c = m->hybrid->crowd;
+    mech_real *g = (mech_real *)calloc((size_t)(m->nu + c->n_given), sizeof(mech_real));
+    if (!g) return 0;
+    if (m->nu) memcpy(g, s->u, (size_t)m->nu * sizeof(mech_real));
+    for (int i = 0; i < m->nv; i++) g[m->nu + i] = h * o->effort[i];
+    c->push(t, y, g, s->o.z, s->o.p, jumps);
+    free(g);
+    return 1;
+}
+
 void mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z)
 {
     enum { CLOSED = 3 };
     const mech_crowd *c = model->hybrid->crowd;
-    mech_real *told = z + c->first + c->capacity, *asked = told + 1 + model->nv;
+    mech_real *told = z + c->first + c->capacity, *asked = told + 1 + model->nv + c->n_efforts;
     *told = 1;
     memcpy(told + 1, o->pull, (size_t)model->nv * sizeof(mech_real));
+    memcpy(told + 1 + model->nv, o->effort, (size_t)c->n_efforts * sizeof(mech_real));
     for (int i = 0; i < c->n_asked; i++) {
         const mech_real *impulse = o->impulse + 3 * c->asked[2 * i];
         const int what = c->asked[2 * i + 1];

@@ -29,6 +29,7 @@ typedef struct mech_moreau_crowd {
     mech_real *wake;    /* [contacts] how far coordinates have to move before one is looked at    */
     mech_real *moves;   /* [nv] 1: moves a gap                                                    */
     mech_real *pull;    /* [nv] mean acceleration by the impulses of the last step                */
+    mech_real *effort;  /* [nv] mean force along the velocities                                   */
     mech_real *moved;   /* how far they have                                                      */
     mech_real *step;    /* size of the last step                                                  */
 } mech_moreau_crowd;
@@ -50,6 +51,9 @@ typedef struct mech_moreau_found {
  * `fastest`: the largest rate so far. 0 without memory. */
 int mech_moreau_crowd_solve(mech_solver *s, const mech_moreau_crowd *o, const mech_moreau_stiff *stiff, mech_real h, mech_real *y, const mech_real *v0,
                             const mech_real *free_, mech_real *v, mech_real *fastest, mech_moreau_found *found);
+
+/* The jumps of the velocities by the impulses of the last step, of h, at the state y; 0 without memory. */
+int mech_moreau_crowd_push(mech_solver *s, const mech_moreau_crowd *o, mech_real t, mech_real h, const mech_real *y, mech_real *jumps);
 
 /* Writes the mean forces of the last step to z: what they do, and those that are asked. */
 void mech_moreau_crowd_tell(const mech_moreau_crowd *o, const mech_model *model, mech_real *z);

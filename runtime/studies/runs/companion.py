@@ -16,6 +16,7 @@ from ...integrate.choose_method import Method
 from ...integrate.kernel_run import run_kernel, slice_of
 from ...integrate.solver import SolverOptions
 from ...integrate.trajectory import Reader, Statistics, Trajectory
+from ...methods import SOLVING_CONTACTS
 from ...outcome import Failure
 from ...problem import Array
 from ...results.accuracy import (
@@ -92,11 +93,16 @@ def closer(plan: Plan) -> tuple[dict[str, float], float]:
     """Give the settings of a companion for runs that a study makes, and the factor from their difference to the error."""
     if plan.method.fixed_step:
         assert plan.case.step is not None
-        parts = APART if plan.case.problem.bent else HALVES
+        parts = APART if _bends(plan) else HALVES
         step, factor = companion_step(plan.case.step, plan.method.order, parts)
         return {"step": step}, factor
     tolerance, factor = companion_tolerance(plan.case.tolerance)
     return {"tolerance": tolerance}, factor
+
+
+def _bends(plan: Plan) -> bool:
+    """Tell whether fixed steps pass over kinks: of derivatives, or impacts of steps that solve for contacts."""
+    return plan.case.problem.bent or plan.method.name in SOLVING_CONTACTS
 
 
 def trajectory_of(
@@ -135,10 +141,10 @@ def estimate(
     """Make the companion run, and compare.
 
     A kink near the end of a fixed step is near that of a step of half the size as well: both runs make the same error, and
-    their difference shows nothing of it. Where derivatives have kinks two companions end their steps elsewhere, and the
+    their difference shows nothing of it. Where derivatives have kinks, or steps solve for impacts within them, two companions end their steps elsewhere, and the
     larger estimate stands. ``listed``: checks that are looked at in them.
     """
-    if not (plan.method.fixed_step and plan.case.problem.bent):
+    if not (plan.method.fixed_step and _bends(plan)):
         return _beside(plan, main, progress, HALVES, listed)
     first = _beside(plan, main, part_of(progress, 0.0, 0.5), APART, listed)
     if not first.beside:
@@ -210,7 +216,7 @@ def doubts(
     if not found or not plan.method.fixed_step:
         return found, error
     listed = checks(plan.case.problem, as_stated=as_stated)
-    again = _beside(plan, main, None, HALVES if plan.case.problem.bent else APART, listed)
+    again = _beside(plan, main, None, HALVES if _bends(plan) else APART, listed)
     if again.error is None:
         return found, error
     told = {(one.kind, one.name) for one in _told(plan, again, again.error, drifts, as_stated=as_stated)}

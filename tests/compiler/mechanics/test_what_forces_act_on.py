@@ -52,6 +52,7 @@ def test_questions_that_are_acted_on(statement: str, x: float, y: float) -> None
         ("friction 0.1 kg*der(y, 2)^2/(1 m/s^2) on x;", "E0519", "not affine in accelerations"),
         ("contact c: y friction 0.1*der(x, 2)/(1 m/s^2) along der(x);", "E0519", "coefficient of friction"),
         ("contact c: y restitution 0.1*der(x, 2)/(1 m/s^2);", "E0519", "restitution"),
+        ("damping 0.1 kg*der(y, 2)/(1 m/s) on x;", "E0519", "a damping"),
         ("gravity {0, -1*der(x, 2)}; mass 1 kg at world*{x, y};", "E0519", "'gravity'"),
         ("mass 1 kg*der(x, 2)/(1 m/s^2) at world*{x, y};", "E0513", "a mass"),
         ("inertia 1 kg.m^2*der(x, 2)/(1 m/s^2) on world*rot(y/(1 m));", "E0513", "an inertia"),
