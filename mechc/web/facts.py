@@ -21,6 +21,7 @@ from mechc.runtime.problem import Problem
 
 from .failures import failure_texts
 from .kernels import WebKernel, kernel_for
+from .turning import turning
 
 if TYPE_CHECKING:
     from mechc.compiler.equations.model import Equations
@@ -166,6 +167,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             "balance": [*(problem.energy_balance or (-1, -1, -1))],
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
             "nominal": found.nominal,
+            "turning": turning(self.model.compilation.equations),
             **self.sliders(found),
             "curves": first[:MOST_CURVES],
             "moreCurves": len(first[MOST_CURVES:]),

@@ -14,6 +14,7 @@ const LATE = 500, MOST = 20000;  // milliseconds after which a run gives way to 
 const MANY = 20;  // sliders of one kind, of which those of components can be folded away
 const GAUGES = ['bead', 'dial'];
 const AFAR = 8;  // what goes this many times its own length along one axis, and the breadth of its way, is followed
+const TURNS = 3;  // from so many on, angles that repeat are counted in turns, and a phase portrait shows one
 const FLAT = 8;  // what extends over less than this part of a scale has one of its own
 
 const TRACK_ENDS = 0.6;  // of the height of a track, that of the numbers below it
@@ -301,6 +302,11 @@ async function start(info, parts) {
     for (let i = 0; i < all.n; i++) values[i] = data[i * stride + q.k] / q.factor;
     return values;
   }
+  /** A turn of what repeats after one and makes many, in its unit, else zero. */
+  function turnOf(q, data) {
+    const turn = 2 * Math.PI / q.factor, [low, high] = ends(data);
+    return q.of === 'y' && info.turning.includes(q.k) && high - low > TURNS * turn ? turn : 0;
+  }
   /** A quantity between the rows of the grid at which the picture stands. */
   function placed(q, {i, s}) {
     const {run} = state, [data, stride] = q.of === 'y' ? [run.y, run.ny] : [run.out, run.nOut], of = k => data[Math.min(k, run.n - 1) * stride + q.k];
@@ -375,10 +381,10 @@ async function start(info, parts) {
     if (!run) return;
     const more = info.moreCurves && names.join() === info.curves.join() ? `${names.length} of ${names.length + info.moreCurves} coordinates shown` : '';
     const named = q => q.shown ? `${q.name} / ${q.shown}` : q.name;
-    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: n, unit: q.shown, data: series(q), trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)), more);
+    curves.set(run.all.t, names.map(n => { const q = column(n), data = series(q), turn = turnOf(q, data); return {name: n, unit: turn ? 'turns' : q.shown, data: turn ? data.map(v => v / turn) : data, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)), more);
     $('chosen').textContent = `${names.length} of ${columns.length}`;
-    const a = column($('across').value), b = column($('up').value);
-    phase.set(series(a), series(b), named(a), named(b), Math.min(trustedRows(a), trustedRows(b)));
+    const a = column($('across').value), b = column($('up').value), [x, y] = [a, b].map(series);
+    phase.set(x, y, named(a), named(b), Math.min(trustedRows(a), trustedRows(b)), [turnOf(a, x), turnOf(b, y)]);
     const counts = EVENT_KINDS.map((name, kind) => [run.events.filter(e => e.kind === kind).length, name]).filter(([n]) => n);
     $('events').textContent = `${counts.length > 1 ? `${run.events.length}: ` : ''}${counts.map(([n, name]) => `${n} ${name}${n > 1 ? 's' : ''}`).join(', ') || 'none'}`;
   }
