@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, to_builtins
@@ -21,6 +20,7 @@ from mechc.runtime.problem import Problem
 
 from .failures import failure_texts
 from .kernels import WebKernel, kernel_for
+from .sizes import Sizes, sizes_of
 from .turning import turning
 
 if TYPE_CHECKING:
@@ -247,33 +247,45 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                 for k in turned
             ],
             "parameters": [
-                slider(q, k, found.p[k], range_of(q, found.p[k], usual), self.read_in(q, found.p[k]))
+                slider(
+                    q,
+                    k,
+                    found.p[k],
+                    range_of(q, found.p[k], usual.of(q.name, q.unit)),
+                    self.read_in(q, found.p[k]),
+                )
                 for k, q in enumerate(problem.parameters)
                 if k in free
             ],
             "starts": [
-                slider(q, k, found.y0[k], range_of_start(q, found.y0[k], found.nominal[k]), self.shown(q))
+                slider(
+                    q, k, found.y0[k], range_of_start(q, found.y0[k], self.reach(q, found, k)), self.shown(q)
+                )
                 for k, q in enumerate(problem.states)
                 if k in starts
             ],
             "inputs": [
-                slider(q, k, found.u[k], range_of(q, found.u[k], usual), self.read_in(q, found.u[k]))
+                slider(
+                    q,
+                    k,
+                    found.u[k],
+                    range_of(q, found.u[k], usual.of(q.name, q.unit)),
+                    self.read_in(q, found.u[k]),
+                )
                 for k, q in enumerate(problem.inputs)
                 if k not in held
             ],
         }
 
-    def usual_sizes(self, found: RunFigures) -> dict[str, float]:
-        """Return by unit how large values are: the median of the parameters and inputs, else the largest in the motion."""
-        sizes: dict[str, list[float]] = {}
-        # constants of the run stand behind the parameters
-        for q, value in zip(
-            (*self.problem.inputs, *self.problem.parameters), (*found.u, *found.p), strict=False
-        ):
-            if q.unit and value != 0 and math.isfinite(value):
-                sizes.setdefault(q.unit, []).append(abs(value))
-        met = {unit: size for unit, size in found.extents.sizes.items() if unit and size > 0}
-        return met | {unit: sorted(of)[len(of) // 2] for unit, of in sizes.items()}
+    def usual_sizes(self, found: RunFigures) -> Sizes:
+        """Return how large settings are. Constants of the run stand behind the parameters."""
+        settings = zip((*self.problem.inputs, *self.problem.parameters), (*found.u, *found.p), strict=False)
+        return sizes_of(((q.name, q.unit, value) for q, value in settings), found.extents.sizes)
+
+    def reach(self, q: Quantity, found: RunFigures, k: int) -> float:
+        """Return how far a state goes in the motion, to two digits; twice its nominal value where it stays."""
+        extents = found.extents
+        return 2 * found.nominal[k] if extents.constant(q.name) else float(f"{extents.largest(q.name):.2g}")
 
     def rates_of(self, first: int) -> list[int]:
         """Return the indices of the angular velocity of the rotation whose quaternion begins at ``first``."""
@@ -349,13 +361,16 @@ def parameters_read(equations: Equations) -> set[int]:
     return read
 
 
-def range_of(q: Quantity, value: float, usual: Mapping[str, float]) -> tuple[float, float]:
-    """Return from where to where a parameter or an input may go: to zero where that leaves a model, within declared limits."""
+def range_of(q: Quantity, value: float, usual: float | None) -> tuple[float, float]:
+    """Return from where to where a parameter or an input may go: to zero where that leaves a model, within declared limits.
+
+    ``usual``: how large it would be, of a value that is zero.
+    """
     least = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else -math.inf
     most = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else math.inf
     size = abs(value)
     if value == 0:
-        size = usual.get(q.unit, math.pi if q.unit == "rad" else factor(q.display or q.unit) / factor(q.unit))
+        size = usual or (math.pi if q.unit == "rad" else factor(q.display or q.unit) / factor(q.unit))
         size = min(size, math.pi) if q.unit == "rad" else size
         entry = OF_MATRIX.search(q.name)
         positive = q.unit in NEVER_NEGATIVE and (entry is None or entry[1] == entry[2])
@@ -373,9 +388,9 @@ def range_of(q: Quantity, value: float, usual: Mapping[str, float]) -> tuple[flo
     return min(low, value), max(high, value)
 
 
-def range_of_start(q: Quantity, value: float, size: float) -> tuple[float, float]:
-    """Return from where to where a start value with this nominal value may go."""
-    half = max(2 * abs(value), 2 * size) or 1.0
+def range_of_start(q: Quantity, value: float, reach: float) -> tuple[float, float]:
+    """Return from where to where the start value of what reaches this far may go."""
+    half = max(2 * abs(value), reach) or 1.0
     half = min(half, math.pi) if q.unit == "rad" and abs(value) <= math.pi else half
     low = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else -half
     high = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else half
