@@ -1,6 +1,7 @@
 // The scene in the plane on a canvas. One interface with space.js: makeScene(host, plan) -> {draw(state), fit, png}.
 function makeScene(host, plan) {
-  const canvas = host.appendChild(document.createElement('canvas')), c = canvas.getContext('2d');
+  // drawn by the processor: a card is hardly faster with a few hundred paths, and where there is none, what stands in for one takes ten times as long
+  const canvas = host.appendChild(document.createElement('canvas')), c = canvas.getContext('2d', {willReadFrequently: true});
   const view = {x: 0, y: 0, scale: 1, fitted: true};
   let last = null, extent = 1, wide = 0, high = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
