@@ -166,7 +166,6 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             "joule": next((self.shown(q) for q in problem.outputs if q.name == "energy.total"), ("", 1.0)),
             "balance": [*(problem.energy_balance or (-1, -1, -1))],
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
-            "nominal": found.nominal,
             "turning": turning(self.model.compilation.equations),
             **self.sliders(found),
             "curves": first[:MOST_CURVES],
@@ -405,12 +404,17 @@ def slider(
         "name": q.name,
         "index": index,
         "value": value,
-        "min": ends[0],
-        "max": ends[1],
+        "min": min(short(ends[0]), value),
+        "max": max(short(ends[1]), value),
         "shown": shown[0],
         "factor": shown[1],
         "doc": q.doc,
     }
+
+
+def short(value: float) -> float:
+    """Return a value to six digits: pages are short."""
+    return float(f"{value:.6g}")
 
 
 def _mesh(path: str) -> dict[str, Any]:

@@ -4,6 +4,9 @@ const number = v => { const r = +v.toPrecision(4), size = Math.abs(r); return !N
 const read = text => text.replace(/-/g, '−');
 const said = v => read(number(v));
 const small = v => v ? read(v.toExponential(1)) : '0';
+const GREEK = new Map('alpha:α beta:β gamma:γ delta:δ epsilon:ε zeta:ζ eta:η theta:θ kappa:κ lambda:λ mu:μ nu:ν xi:ξ rho:ρ sigma:σ tau:τ phi:φ chi:χ psi:ψ omega:ω'.split(' ').map(pair => pair.split(':')));
+/** A name as formulas have it: θ for theta, dx/dt for der(x). */
+const spelt = name => name.replace(/[a-z]+/gi, word => GREEK.get(word) ?? word).replace(/^der\((\p{L})\)$/u, 'd$1/dt');
 const unitText = unit => unit.replace(/\./g, '·').replace(/\^(-?\d+)/g, (all, n) => [...n].map(c => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]).join(''));
 
 const EVENT_KINDS = ['switching', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engagement'];
@@ -34,6 +37,12 @@ function onScales(ranges) {
   return {rows, ends};
 }
 
+/** Whether an arrow shows how fast a shape moves. */
+const hasSpeed = s => ['mass', 'box', 'cylinder', 'trail'].includes(s.kind) || s.kind === 'sphere' && !s.relative;
+/** Says beside a name what it stands for; rates have the words of their coordinates. */
+function explain({name, doc}, place) {
+  if (doc && !name.startsWith('der(')) place.append(Object.assign(document.createElement('small'), {textContent: ' ' + doc.replaceAll('`', '')}));
+}
 /** The numbers of the picture at any time, and the box that all motion lies in. */
 function motion(run, plan) {
   const {nScene: m, scene, t, n} = run;
@@ -129,7 +138,7 @@ function motion(run, plan) {
     speeds() {
       const found = [], i = at.i, h = t[Math.min(i + 1, n - 1)] - t[i];
       if (!(h > 0)) return found;
-      for (const s of plan.shapes) if (s.kind === 'mass' || s.kind === 'box' || s.kind === 'cylinder' || (s.kind === 'sphere' && !s.relative) || s.kind === 'trail') {
+      for (const s of plan.shapes) if (hasSpeed(s)) {
         const v = s.numbers.slice(0, 3).map(k => (scene[(i + 1) * m + k] - scene[i * m + k]) / h);
         found.push([s.numbers.slice(0, 3).map(k => row[k]), v]);
       }
@@ -199,7 +208,8 @@ async function start(info, parts) {
   function slider(q, group, index, box) {
     const s = {name: q.name, group, index, default: q.value, value: q.value, factor: q.factor};
     const row = box.insertBefore(document.createElement('label'), box.querySelector('details')), out = document.createElement('output'), head = document.createElement('span');
-    head.textContent = q.name; head.title = q.doc || q.name;
+    head.textContent = spelt(q.name); head.title = q.doc || q.name;
+    explain(q, head);
     const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
     const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
     field.setAttribute('aria-label', `${q.name} in ${q.shown || 'a pure number'}`);
@@ -350,10 +360,11 @@ async function start(info, parts) {
       }
       scene.fit(moving.box());
     }
+    $('arrows').parentNode.hidden = !plan.shapes.some(hasSpeed);
     if (!$('speed').length) offer(paceOf(run, plan));
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${said(run.reached)} ${info.second}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${said(run.cut)} ${info.second}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
-    $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])} ${unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest energy`}` : 'none is known';
+    $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])}${info.joule[0] && ' ' + unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest energy`}` : 'none is known';
     state.energy = balance;
     if (run.error !== undefined) tellError(run.error); else { state.error = null; $('error').textContent = '…'; draw(); }
     go(Math.min(Math.max(state.time, run.t[0]), run.t[run.n - 1]));
@@ -380,7 +391,7 @@ async function start(info, parts) {
     const {run} = state, names = [...shown];
     if (!run) return;
     const more = info.moreCurves && names.join() === info.curves.join() ? `${names.length} of ${names.length + info.moreCurves} coordinates shown` : '';
-    const named = q => q.shown ? `${q.name} / ${q.shown}` : q.name;
+    const named = q => q.shown ? `${spelt(q.name)} / ${q.shown}` : spelt(q.name);
     curves.set(run.all.t, names.map(n => { const q = column(n), data = series(q), turn = turnOf(q, data); return {name: n, unit: turn ? 'turns' : q.shown, data: turn ? data.map(v => v / turn) : data, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)), more);
     $('chosen').textContent = `${names.length} of ${columns.length}`;
     const a = column($('across').value), b = column($('up').value), [x, y] = [a, b].map(series);
@@ -443,8 +454,9 @@ async function start(info, parts) {
   for (const q of columns) {
     const label = document.createElement('label'), box = Object.assign(document.createElement('input'), {type: 'checkbox', checked: shown.has(q.name)});
     box.onchange = () => { if (box.checked) shown.add(q.name); else shown.delete(q.name); draw(); go(state.time); };
-    label.append(box, ' ' + q.name); label.title = q.doc || ''; $('choose').append(label);
-    for (const id of ['across', 'up']) $(id).append(new Option(q.name, q.name));
+    label.append(box, ' ' + spelt(q.name)); label.title = q.doc || '';
+    explain(q, label); $('choose').append(label);
+    for (const id of ['across', 'up']) $(id).append(new Option(spelt(q.name), q.name));
   }
   [$('across').value, $('up').value] = info.phase;
   $('across').onchange = $('up').onchange = () => { draw(); go(state.time); };

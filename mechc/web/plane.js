@@ -48,7 +48,7 @@ function makeScene(host, plan) {
   function gauge(s, v, state) {
     const {rows, ends} = state.tracks, at = rows.indexOf(s), w = host.clientWidth, row = host.clientHeight / (rows.length + TRACK_ENDS * ends.length + (plan.left ? TRACK_ENDS : 0));
     const y = row * (at + 0.5 + TRACK_ENDS * ends.filter(k => k < at).length), left = Math.max(90, w * 0.2), right = w - 50, [low, high] = state.ranges.get(s);
-    const name = s.unit && s.kind === 'bead' ? `${s.text} / ${s.unit}` : s.text;
+    const name = s.unit && s.kind === 'bead' ? `${spelt(s.text)} / ${s.unit}` : spelt(s.text), near = 10 ** Math.floor(Math.log10(high - low) - 2);
     c.fillStyle = style('--text'); c.font = `${Math.min(13, row)}px system-ui, sans-serif`; c.textAlign = 'left';
     c.fillText(name, 12, c.measureText(name).width + 22 < left ? y + 4 : y - Math.min(14, row / 3));  // a long one stands above
     if (plan.left && at === rows.length - 1) { c.fillStyle = style('--faint'); c.fillText(`${rows.length} of ${rows.length + plan.left} shown`, 12, host.clientHeight - 6); }
@@ -61,7 +61,7 @@ function makeScene(host, plan) {
     c.moveTo(left, y); c.lineTo(right, y); c.stroke();
     if (ends.includes(at)) {  // those of one scale have its ends below the last
       c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
-      c.fillText(said(low / s.factor), left, y + row / 2 + 8); c.fillText(said(high / s.factor), right, y + row / 2 + 8); c.textAlign = 'left';
+      for (const [v, x] of [[low, left], [high, right]]) c.fillText(said((near > 0 ? Math.round(v / near) * near : v) / s.factor), x, y + row / 2 + 8);  // to a hundredth of the scale c.textAlign = 'left';
     }
     c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, Math.min(8, row * 0.4), 0, 7); return c.fill();
   }

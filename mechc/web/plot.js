@@ -76,7 +76,7 @@ function makePlot(canvas, {onTime, ink}) {
   const marker = add('marker'), reading = add('reading');
   let x = new Float64Array(0), curves = [], panels = [], events = [], second = 's', end = 1, frame = {l: 58, r: 12, t: 22, b: 34}, w = 0, h = 0, note = '';
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const shown = s => s.unit ? `${s.name} / ${s.unit}` : s.name;
+  const shown = s => s.unit ? `${spelt(s.name)} / ${s.unit}` : spelt(s.name);
   /** Where the names of a panel stand above its curves, on as many lines as they need; what has no room on the last one is counted there. */
   function legend(c, list, most) {
     let x = frame.l, line = 0;
@@ -156,7 +156,7 @@ function makePlot(canvas, {onTime, ink}) {
     const off = s => Math.abs(py(panel, s.data[i]) - event.offsetY), s = panel?.curves.reduce((a, b) => off(b) < off(a) ? b : a);
     reading.hidden = !s;
     if (!s) return;
-    reading.textContent = `${s.name} ${said(s.data[i])} ${s.unit} at ${said(x[i])} ${second}`;
+    reading.textContent = `${spelt(s.name)} ${said(s.data[i])} ${s.unit} at ${said(x[i])} ${second}`;
     reading.style.cssText = `top: ${Math.max(0, event.offsetY - 30)}px; ${event.offsetX < w / 2 ? `left: ${event.offsetX + 12}px` : `right: ${w - event.offsetX + 12}px`}; color: ${ink()[s.index % 7]}`;
   }
   canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); onTime(under(e)); });

@@ -34,7 +34,7 @@ const rgb = text => [1, 3, 5].map(i => parseInt(text.slice(i, i + 2), 16) / 255)
 
 const CROWD = 100;  // shapes from which on they are drawn plainly where no graphics card draws them
 /** Whether the processor stands in for a graphics card. */
-const byProcessor = gl => /SwiftShader|llvmpipe|softpipe|software|basic render/i.test(gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
+const byProcessor = gl => /SwiftShader|llvmpipe|software|basic render/i.test(gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
 
 function makeStage(host, {up = [0, 0, 1], shapes = []}) {
   let ground = null;

@@ -312,7 +312,7 @@ def test_the_cursor_strikes_no_name_and_texts_stay_in_their_plot(browser: Any, t
     assert all(t["right"] <= wide - 1 for t in texts)
     assert all(t["right"] <= wide - 12 for t in texts if "events" in t["text"])
     at = wide / 2
-    second = [t["y"] for t in texts if t["text"] in ("large / m", "phi / rad")]
+    second = [t["y"] for t in texts if t["text"] in ("large / m", "φ / rad")]
     assert len(second) == 2
     tab.ask("page.go(2.5)")
     box = tab.tab.query_selector("#plot").bounding_box()

@@ -325,3 +325,26 @@ def test_fingers_find_all_controls(browser: Any, tmp_path: Path) -> None:
     )
     assert small == []
     assert page_.ask("document.documentElement.scrollWidth") <= 390
+
+
+def test_names_are_spelt_as_in_formulas_and_explained(browser: Any, tmp_path: Path) -> None:
+    """Shown names alone: links and files have those of the text."""
+    text = 'parameter m = 1 kg "of the `bob`"; coordinate theta = 30 deg "from the vertical"; initial der(theta) = 0 rad/s; coordinate Length thetas = 1 m; kinetic 1/2*m*(1 m^2*der(theta)^2 + der(thetas)^2); potential -m*9.81 m/s^2*1 m*cos(theta); output omega_1 = der(theta); experiment(stop = 2 s);'
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.loads(text)))
+    tab = Opened(browser, path)
+    heads = tab.ask(
+        "[...document.querySelectorAll('fieldset label > span:first-child')].map(e => e.textContent)"
+    )
+    assert heads == ["m of the bob", "θ from the vertical", "thetas", "dθ/dt"]
+    assert tab.ask("[...document.getElementById('up').options].map(o => o.text)")[:4] == [
+        "θ",
+        "thetas",
+        "dθ/dt",
+        "der(thetas)",
+    ]
+    assert tab.ask("page.csv()").startswith("time [s],theta [rad],thetas [m],der(theta) [rad/s]")
+    tab.set("theta", 0.1)
+    assert tab.ask("location.hash") == "#theta=0.1"
+    assert not tab.ask("document.getElementById('arrows').checkVisibility()")  # tracks have no velocities
+    assert tab.said == []

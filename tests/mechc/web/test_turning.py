@@ -61,7 +61,7 @@ def test_many_turns_are_counted_and_a_phase_portrait_shows_one(browser: Any, tmp
     tab = Opened(browser, path)
     box = tab.tab.query_selector("#plot").bounding_box()
     tab.tab.mouse.move(box["x"] + box["width"] - 12, box["y"] + box["height"] / 2)
-    assert tab.ask("document.querySelector('.reading').textContent") == "phi 12 turns at 6 s"
+    assert tab.ask("document.querySelector('.reading').textContent") == "φ 12 turns at 6 s"
     place = "t => { page.go(t); return document.querySelector('.dot').style.transform; }"
     first, again, elsewhere = (tab.ask(place, t) for t in (1.1, 1.6, 1.3))
     assert first == again != elsewhere
