@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, to_builtins
@@ -44,6 +45,9 @@ SIZES = ("kg", "kg.m^2", "kg/m^3", "m", "m^2", "m^3", "s")
 
 NEVER_NEGATIVE = ("kg", "kg.m^2", "kg/m^3", "N/m", "N.m/rad", "N.s/m", "N.m.s/rad", "N.m.s")
 """Units of what is not negative unless the model says so; products of inertia may be."""
+
+ARRAY = re.compile(r"\[[^\]]*\](?=\)*$)")
+"""The place of an entry in its array."""
 
 OF_MATRIX = re.compile(r"\[(\d+), ?(\d+)\]$")
 
@@ -159,8 +163,11 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         problem = self.problem
         duration = self.span.stop - self.span.begin
         first = self.curves(found.extents)
+        sizes = array_sizes(found.extents)
         return {
             **self.of_run(),
+            "states": [self.entry(q, sizes) for q in problem.states],
+            "outputs": [self.entry(q, sizes) for q in problem.outputs],
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
             "hybrid": problem.hybrid is not None,
             "joule": next((self.shown(q) for q in problem.outputs if q.name == "energy.total"), ("", 1.0)),
@@ -174,15 +181,20 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             "scene": self.picture(),
         }
 
-    def entry(self, q: Quantity) -> dict[str, object]:
-        unit, by = self.shown(q)
+    def entry(self, q: Quantity, sizes: Mapping[str, float] | None = None) -> dict[str, object]:
+        unit, by = self.shown(q, sizes)
         return {"name": q.name, "kind": q.kind, "unit": q.unit, "shown": unit, "factor": by, "doc": q.doc}
 
-    def shown(self, q: Quantity) -> tuple[str, float]:
-        """Return the unit that a quantity of the motion is shown in, and its value in SI."""
+    def shown(self, q: Quantity, sizes: Mapping[str, float] | None = None) -> tuple[str, float]:
+        """Return the unit that a quantity of the motion is shown in, and its value in SI.
+
+        ``sizes``: how far arrays go; where the numbers of one would be long, all its entries are shown in SI.
+        """
         listed = {other.name: other for other in (*self.problem.states, *self.problem.outputs)}
         unit, from_si = shown_unit(self.pictured, listed, q.name, q.unit)
-        return unit, 1 / from_si
+        size = (sizes or {}).get(ARRAY.sub("", q.name), 0.0)
+        long = size < LONG <= size * from_si and "rad" not in q.unit
+        return (q.unit, 1.0) if long else (unit, 1 / from_si)
 
     def set_in(self, q: Quantity) -> tuple[str, float]:
         """Return the unit that a parameter or an input is set in, and its value in SI: that of the text, if it has one."""
@@ -238,7 +250,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         }
         turned = [first + k for first in turns for k in range(4)]
         turned += [k for rates in turns.values() for k in rates if k not in starts]
-        usual = self.usual_sizes(found)
+        usual, far = self.usual_sizes(found), array_sizes(found.extents)
         return {
             "turns": [{"index": first, "rates": rates} for first, rates in turns.items()],
             "turned": [
@@ -258,7 +270,11 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             ],
             "starts": [
                 slider(
-                    q, k, found.y0[k], range_of_start(q, found.y0[k], self.reach(q, found, k)), self.shown(q)
+                    q,
+                    k,
+                    found.y0[k],
+                    range_of_start(q, found.y0[k], self.reach(q, found, k)),
+                    self.shown(q, far),
                 )
                 for k, q in enumerate(problem.states)
                 if k in starts
@@ -345,6 +361,15 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                 for s in scene.shapes
             ],
         }
+
+
+def array_sizes(extents: Extents) -> dict[str, float]:
+    """Return the largest value of each array and of all else."""
+    sizes: dict[str, float] = {}
+    for name in extents.ends:
+        array = ARRAY.sub("", name)
+        sizes[array] = max(sizes.get(array, 0.0), extents.largest(name))
+    return sizes
 
 
 def parameters_read(equations: Equations) -> set[int]:

@@ -16,7 +16,7 @@ const HURRY = 15;  // milliseconds in which a motion is integrated while somethi
 const LATE = 500, MOST = 20000;  // milliseconds after which a run gives way to newer settings, and after which it is given up
 const MANY = 20;  // sliders of one kind, of which those of components can be folded away
 const GAUGES = ['bead', 'dial'];
-const AFAR = 8;  // what goes this many times its own length along one axis, and the breadth of its way, is followed
+const AFAR = 8, NEAR = 2;  // what goes this many times its own length along one axis, and the breadth of its way, is followed; a machine nearer
 const TURNS = 3;  // from so many on, angles that repeat are counted in turns, and a phase portrait shows one
 const FLAT = 8;  // what extends over less than this part of a scale has one of its own
 
@@ -108,15 +108,15 @@ function motion(run, plan) {
   const tracks = onScales(ranges);
   const heaviest = Math.max(0, ...plan.shapes.filter(s => s.kind === 'mass').map(s => Math.abs(scene[s.numbers[3]])));
   const moves = list => list.some(k => { for (let i = 1; i < n; i++) if (scene[i * m + k] !== scene[k]) return true; return false; });
-  /** What follows a motion that leads far along one axis, or null: the box around its place at any time. What was followed stays so,
-   * and as near: `kept` is the room that it had along each axis. */
+  /** What follows a motion that leads far along one axis, or a machine of many shapes that moves far at all, or null: the box around its
+   * place at any time. What was followed stays so, and as near: `kept` is the room that it had along each axis. */
   function following(kept) {
     const whole = box(), spans = whole.high.map((v, k) => v - whole.low[k]), k = spans.indexOf(Math.max(...spans)), wide = Math.max(...spans.filter((_, j) => j !== k));
-    if (!kept && !(spans[k] > AFAR * wide)) return null;
-    const movers = plan.shapes.filter(s => s.kind !== 'trail' && moves(s.numbers));
-    const long = Math.max(wide / 2, ...spread.filter((_, j) => j % 10 === 0).map(i => { const b = box([i], movers); return b.high[k] - b.low[k]; }));
+    const movers = plan.shapes.filter(s => s.kind !== 'trail' && moves(s.numbers)), machine = movers.length > MANY;
+    if (!kept && !machine && !(spans[k] > AFAR * wide)) return null;
+    const long = Math.max(machine ? 0 : wide / 2, ...spread.filter((_, j) => j % 10 === 0).map(i => { const b = box([i], movers); return Math.max(...b.high.map((v, j) => j === k || machine ? v - b.low[j] : 0)); }));
     if (!kept && !(spans[k] > AFAR * long)) return null;
-    const room = kept ?? spans.map((v, j) => j === k ? AFAR * long : v);
+    const room = kept ?? spans.map((v, j) => machine ? Math.min(v, NEAR * long) : j === k ? AFAR * long : v);
     return {room, movers, box() {
       const {i, s} = at, [a, b] = [i, Math.min(i + 1, n - 1)].map(i => box([i], movers)), low = [...whole.low], high = [...whole.high];
       for (let j = 0; j < 3; j++) if (j === k || spans[j] > room[j]) {
@@ -205,10 +205,10 @@ async function start(info, parts) {
     for (const s of sliders) if (s.value !== s.default) found[s.group][s.index] = s.value;
     return found;
   }
-  function slider(q, group, index, box) {
+  function slider(q, group, index, box, part) {
     const s = {name: q.name, group, index, default: q.value, value: q.value, factor: q.factor};
     const row = box.insertBefore(document.createElement('label'), box.querySelector('details')), out = document.createElement('output'), head = document.createElement('span');
-    head.textContent = spelt(q.name); head.title = q.doc || q.name;
+    head.textContent = spelt(part ? q.name.replace(part + '.', '') : q.name); head.title = q.doc || q.name;
     explain(q, head);
     const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
     const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
@@ -446,7 +446,7 @@ async function start(info, parts) {
         fold.innerHTML = '<summary></summary>'; fold.firstChild.textContent = part; fold.open = !narrow;
         parts.set(part, fold);
       }
-      slider(q, group, q.index, parts.get(part));
+      slider(q, group, q.index, parts.get(part), part);
     }
   }
   if (live) info.turned.forEach(unseen);

