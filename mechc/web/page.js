@@ -7,6 +7,8 @@ const small = v => v ? read(v.toExponential(1)) : '0';
 const GREEK = new Map('alpha:α beta:β gamma:γ delta:δ epsilon:ε zeta:ζ eta:η theta:θ kappa:κ lambda:λ mu:μ nu:ν xi:ξ rho:ρ sigma:σ tau:τ phi:φ chi:χ psi:ψ omega:ω'.split(' ').map(pair => pair.split(':')));
 /** A name as formulas have it: θ for theta, dx/dt for der(x). */
 const spelt = name => name.replace(/[a-z]+/gi, word => GREEK.get(word) ?? word).replace(/^der\((\p{L})\)$/u, 'd$1/dt');
+/** One that may break after points. */
+const broken = name => spelt(name).replaceAll('.', '.\u200b');
 const unitText = unit => unit.replace(/\./g, '·').replace(/\^(-?\d+)/g, (all, n) => [...n].map(c => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]).join(''));
 
 const EVENT_KINDS = ['switching', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engagement'];
@@ -37,11 +39,14 @@ function onScales(ranges) {
   return {rows, ends};
 }
 
-/** Whether an arrow shows how fast a shape moves. */
-const hasSpeed = s => ['mass', 'box', 'cylinder', 'trail'].includes(s.kind) || s.kind === 'sphere' && !s.relative;
+/** The shapes at which arrows show how fast they move: solids and paths, or where there are none points. */
+function withSpeed({shapes}) {
+  const found = shapes.filter(s => ['mass', 'box', 'cylinder', 'trail'].includes(s.kind) || s.kind === 'sphere' && !s.relative);
+  return found.length ? found : shapes.filter(s => s.kind === 'sphere');
+}
 /** Says beside a name what it stands for; rates have the words of their coordinates. */
 function explain({name, doc}, place) {
-  if (doc && !name.startsWith('der(')) place.append(Object.assign(document.createElement('small'), {textContent: ' ' + doc.replaceAll('`', '')}));
+  if (doc && !name.startsWith('der(')) place.append(Object.assign(document.createElement('small'), {textContent: ' ' + doc.replace(/`([^`]*)`/g, '‘$1’')}));
 }
 /** The numbers of the picture at any time, and the box that all motion lies in. */
 function motion(run, plan) {
@@ -138,7 +143,7 @@ function motion(run, plan) {
     speeds() {
       const found = [], i = at.i, h = t[Math.min(i + 1, n - 1)] - t[i];
       if (!(h > 0)) return found;
-      for (const s of plan.shapes) if (hasSpeed(s)) {
+      for (const s of withSpeed(plan)) {
         const v = s.numbers.slice(0, 3).map(k => (scene[(i + 1) * m + k] - scene[i * m + k]) / h);
         found.push([s.numbers.slice(0, 3).map(k => row[k]), v]);
       }
@@ -208,7 +213,7 @@ async function start(info, parts) {
   function slider(q, group, index, box, part) {
     const s = {name: q.name, group, index, default: q.value, value: q.value, factor: q.factor};
     const row = box.insertBefore(document.createElement('label'), box.querySelector('details')), out = document.createElement('output'), head = document.createElement('span');
-    head.textContent = spelt(part ? q.name.replace(part + '.', '') : q.name); head.title = q.doc || q.name;
+    head.textContent = broken(part ? q.name.replace(part + '.', '') : q.name); head.title = q.doc || q.name;
     explain(q, head);
     const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
     const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
@@ -360,7 +365,7 @@ async function start(info, parts) {
       }
       scene.fit(moving.box());
     }
-    $('arrows').parentNode.hidden = !plan.shapes.some(hasSpeed);
+    $('arrows').parentNode.hidden = !withSpeed(plan).length;
     if (!$('speed').length) offer(paceOf(run, plan));
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${said(run.reached)} ${info.second}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${said(run.cut)} ${info.second}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
@@ -454,7 +459,7 @@ async function start(info, parts) {
   for (const q of columns) {
     const label = document.createElement('label'), box = Object.assign(document.createElement('input'), {type: 'checkbox', checked: shown.has(q.name)});
     box.onchange = () => { if (box.checked) shown.add(q.name); else shown.delete(q.name); draw(); go(state.time); };
-    label.append(box, ' ' + spelt(q.name)); label.title = q.doc || '';
+    label.append(box, ' ' + broken(q.name)); label.title = q.doc || '';
     explain(q, label); $('choose').append(label);
     for (const id of ['across', 'up']) $(id).append(new Option(spelt(q.name), q.name));
   }

@@ -60,8 +60,8 @@ function makeScene(host, plan) {
     }
     c.moveTo(left, y); c.lineTo(right, y); c.stroke();
     if (ends.includes(at)) {  // those of one scale have its ends below the last
-      c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
-      for (const [v, x] of [[low, left], [high, right]]) c.fillText(said((near > 0 ? Math.round(v / near) * near : v) / s.factor), x, y + row / 2 + 8);  // to a hundredth of the scale c.textAlign = 'left';
+      c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';  // to a hundredth
+      for (const [v, x] of [[low, left], [high, right]]) c.fillText(said((near > 0 ? Math.round(v / near) * near : v) / s.factor), x, y + row / 2 + 8); c.textAlign = 'left';
     }
     c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, Math.min(8, row * 0.4), 0, 7); return c.fill();
   }

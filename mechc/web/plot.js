@@ -223,6 +223,9 @@ function makePhase(canvas, {ink}) {
   }
   const range = (v, turn) => turn ? [-turn / 2, turn / 2] : widened(...ends(v));
   new ResizeObserver(() => { if (a.length) { still(); mark(...at); } }).observe(canvas);
-  return {mark, /** `each`: of what repeats the turn after which it does, else zero. */
-    set(x, y, across, up, until, each) { a = x; b = y; trusted = until; turns = each; names = [across, up]; box = [...range(a, each[0]), ...range(b, each[1])]; still(); }};
+  return {
+    mark,
+    /** `each`: of what repeats the turn after which it does, else zero. */
+    set(x, y, across, up, until, each) { a = x; b = y; trusted = until; turns = each; names = [across, up]; box = [...range(a, each[0]), ...range(b, each[1])]; still(); },
+  };
 }

@@ -55,7 +55,7 @@ function makeStage(host, {up = [0, 0, 1], shapes = []}) {
       gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.STATIC_DRAW);
       gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, 3, gl.FLOAT, false, 0, 0);
     });
-    const each = gl.createBuffer(); // a row for each solid of this mesh: colour, and the columns of its matrix
+    const each = gl.createBuffer();  // a row for each solid of this mesh: colour, and the columns of its matrix
     gl.bindBuffer(gl.ARRAY_BUFFER, each);
     [[2, 3, 0], [3, 4, 12], [4, 4, 28], [5, 4, 44], [6, 4, 60]].forEach(([i, n, offset]) => {
       gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, n, gl.FLOAT, false, 76, offset); gl.vertexAttribDivisor(i, 1);
@@ -217,7 +217,7 @@ function makeScene(host, plan) {
     const n = Math.hypot(...axis) || 1, d = world(v, ...axis).map((x, k) => (x - v[k]) / n), o = Array.from(v.subarray(0, 3));
     const P = middle ? o.map((x, k) => x - d[k] * length / 2) : o, Q = P.map((x, k) => x + d[k] * length);
     const m = between(P, Q, radius);
-    if (Math.abs(axis[0]) < n && v[3] !== undefined) { // turn with the frame
+    if (Math.abs(axis[0]) < n && v[3] !== undefined) {  // turn with the frame
       const X = axes(v)[Math.abs(axis[0]) > 0.9 * n ? 1 : 0], y = unit(sub(X, d.map(x => x * dot(X, d)))), z = cross(d, y);
       return frame(sub(Q, P), scaled(y, radius), scaled(z, radius), mix(P, Q, 0.5));
     }

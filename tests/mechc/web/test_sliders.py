@@ -336,7 +336,7 @@ def test_names_are_spelt_as_in_formulas_and_explained(browser: Any, tmp_path: Pa
     heads = tab.ask(
         "[...document.querySelectorAll('fieldset label > span:first-child')].map(e => e.textContent)"
     )
-    assert heads == ["m of the bob", "θ from the vertical", "thetas", "dθ/dt"]
+    assert heads == ["m of the ‘bob’", "θ from the vertical", "thetas", "dθ/dt"]
     assert tab.ask("[...document.getElementById('up').options].map(o => o.text)")[:4] == [
         "θ",
         "thetas",
