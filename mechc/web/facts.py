@@ -21,7 +21,7 @@ from mechc.runtime.problem import Problem
 
 from .failures import failure_texts
 from .kernels import WebKernel, kernel_for
-from .sizes import Sizes, sizes_of
+from .sizes import UsualSizes, sizes_of
 from .turning import turning
 
 if TYPE_CHECKING:
@@ -292,7 +292,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             ],
         }
 
-    def usual_sizes(self, found: RunFigures) -> Sizes:
+    def usual_sizes(self, found: RunFigures) -> UsualSizes:
         """Return how large settings are. Constants of the run stand behind the parameters."""
         settings = zip((*self.problem.inputs, *self.problem.parameters), (*found.u, *found.p), strict=False)
         return sizes_of(((q.name, q.unit, value) for q, value in settings), found.extents.sizes)

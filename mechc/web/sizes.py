@@ -16,7 +16,7 @@ LEAST = 1e-9
 """Pivots below are zero: exponents of units are small fractions."""
 
 
-class Sizes(Struct, frozen=True):
+class UsualSizes(Struct, frozen=True):
     """Sizes by unit: of each part of the model, by its name, of the whole model, and of the motion."""
 
     parts: Mapping[str, Mapping[str, float]]
@@ -36,7 +36,7 @@ class Sizes(Struct, frozen=True):
         return of_dimension(unit, self.model) or of_dimension(unit, {**self.motion, **self.model})
 
 
-def sizes_of(values: Iterable[tuple[str, str, float]], motion: Mapping[str, float]) -> Sizes:
+def sizes_of(values: Iterable[tuple[str, str, float]], motion: Mapping[str, float]) -> UsualSizes:
     """Return the sizes of settings (name, unit, value), medians of those of one unit; ``motion``: the largest values by unit."""
     parts: dict[str, dict[str, list[float]]] = {}
     model: dict[str, list[float]] = {}
@@ -44,7 +44,7 @@ def sizes_of(values: Iterable[tuple[str, str, float]], motion: Mapping[str, floa
         if unit and value != 0 and math.isfinite(value):
             for of in (parts.setdefault(part_of(name), {}), model):
                 of.setdefault(unit, []).append(abs(value))
-    return Sizes(
+    return UsualSizes(
         {part: _medians(of) for part, of in parts.items()},
         _medians(model),
         {unit: size for unit, size in motion.items() if unit and size > 0},
