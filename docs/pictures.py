@@ -1,6 +1,7 @@
 """Make the pictures of the tutorial by following it: ``python docs/pictures.py``; ``make gallery`` does it, too.
 
-The page that its last step writes is photographed where chromium and playwright are there, and otherwise left as it is.
+The page that its last step writes, and that of the double pendulum, are photographed where chromium and playwright are there, and otherwise
+left as they are.
 """
 
 from __future__ import annotations
@@ -9,6 +10,7 @@ import contextlib
 import importlib.util
 import re
 import shutil
+import subprocess
 import sys
 import tempfile
 from pathlib import Path
@@ -18,6 +20,8 @@ PAGE = HERE / "tutorial.md"
 KEPT = HERE / "tutorial"
 LIVE = "swing_page.png"
 """The picture of the page; all others are written by commands."""
+EXAMPLE = HERE.parent / "examples" / "double_pendulum.mech"
+OF_EXAMPLE = HERE / "gallery" / "page_double_pendulum.png"
 BROWSER = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 
 sys.path.insert(0, str(HERE.parent / "tests" / "support"))
@@ -33,6 +37,11 @@ def main() -> None:
         follow(text)
         if BROWSER and importlib.util.find_spec("playwright"):
             photograph(Path("swing.html"), Path(LIVE), at=0.45)
+            subprocess.run(
+                [sys.executable, "-m", "mechc", "compile", EXAMPLE, "--target", "web", "-o", "example.html"],
+                check=True,
+            )
+            photograph(Path("example.html"), OF_EXAMPLE, at=0.37)
         for name in names:
             if Path(name).exists():
                 shutil.copy(name, KEPT / name)

@@ -90,11 +90,11 @@ async function makeEngine(module, info) {
   /** How a run failed, in the words of native runs (failures.py). */
   function why(status) {
     const value = e.web_failed_value(), index = e.web_failed_index(), part = e.web_failed_part();
-    const size = Number.isFinite(value) ? '' : Number.isNaN(value) ? ':nan' : ':inf', own = `${status}:${index}`, texts = info.failures;
-    const found = [`${own}:${part}${size}`, `${own}:${part}`, `${own}${size}`, own, `${status}`].map(k => texts[k]).find(Boolean);
+    const size = Number.isFinite(value) ? '' : Number.isNaN(value) ? ':nan' : ':inf', own = `${status}:${index}`, kind = `${status}:${info.states[index]?.kind}`, texts = info.failures;
+    const found = [`${own}:${part}${size}`, `${own}:${part}`, `${own}${size}`, own, kind + size, kind, `${status}`].map(k => texts[k]).find(Boolean);
     if (!found) return `the run failed at ${shortest(e.web_reached())} ${info.second} (${status})`;
     const name = status <= -20 ? info.rowNames[index] : info.states[index]?.name;
-    return found.replace(/@(time|value|name|y(\d+))@/g, (all, kind, k) => kind === 'time' ? shortest(e.web_reached()) : kind === 'value' ? shortest(value) : kind === 'name' ? name ?? '' : shortest(e.web_last(+k)));
+    return found.replace(/@(time|value|name|coordinate|y(\d+))@/g, (all, kind, k) => kind === 'time' ? shortest(e.web_reached()) : kind === 'value' ? shortest(value) : kind === 'name' ? name ?? '' : kind === 'coordinate' ? name.replace('der(', '').replace(')', '') : shortest(e.web_last(+k)));
   }
 
   function beyond(run) {

@@ -21,6 +21,8 @@ from mechc.runtime.problem import Problem
 
 from .failures import failure_texts
 from .kernels import WebKernel, kernel_for
+from .sizes import UsualSizes, sizes_of
+from .turning import turning
 
 if TYPE_CHECKING:
     from mechc.compiler.equations.model import Equations
@@ -43,6 +45,9 @@ SIZES = ("kg", "kg.m^2", "kg/m^3", "m", "m^2", "m^3", "s")
 
 NEVER_NEGATIVE = ("kg", "kg.m^2", "kg/m^3", "N/m", "N.m/rad", "N.s/m", "N.m.s/rad", "N.m.s")
 """Units of what is not negative unless the model says so; products of inertia may be."""
+
+ARRAY = re.compile(r"\[[^\]]*\](?=\)*$)")
+"""The place of an entry in its array."""
 
 OF_MATRIX = re.compile(r"\[(\d+), ?(\d+)\]$")
 
@@ -158,14 +163,17 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         problem = self.problem
         duration = self.span.stop - self.span.begin
         first = self.curves(found.extents)
+        sizes = array_sizes(found.extents)
         return {
             **self.of_run(),
+            "states": [self.entry(q, sizes) for q in problem.states],
+            "outputs": [self.entry(q, sizes) for q in problem.outputs],
             "digits": max(2, 2 - math.floor(math.log10(duration))) if duration > 0 else 2,
             "hybrid": problem.hybrid is not None,
             "joule": next((self.shown(q) for q in problem.outputs if q.name == "energy.total"), ("", 1.0)),
             "balance": [*(problem.energy_balance or (-1, -1, -1))],
             "sizes": [k for k, q in enumerate(problem.outputs) if q.kind == "energy"],
-            "nominal": found.nominal,
+            "turning": turning(self.model.compilation.equations),
             **self.sliders(found),
             "curves": first[:MOST_CURVES],
             "moreCurves": len(first[MOST_CURVES:]),
@@ -173,15 +181,20 @@ class PageFacts(Struct, frozen=True, kw_only=True):
             "scene": self.picture(),
         }
 
-    def entry(self, q: Quantity) -> dict[str, object]:
-        unit, by = self.shown(q)
+    def entry(self, q: Quantity, sizes: Mapping[str, float] | None = None) -> dict[str, object]:
+        unit, by = self.shown(q, sizes)
         return {"name": q.name, "kind": q.kind, "unit": q.unit, "shown": unit, "factor": by, "doc": q.doc}
 
-    def shown(self, q: Quantity) -> tuple[str, float]:
-        """Return the unit that a quantity of the motion is shown in, and its value in SI."""
+    def shown(self, q: Quantity, sizes: Mapping[str, float] | None = None) -> tuple[str, float]:
+        """Return the unit that a quantity of the motion is shown in, and its value in SI.
+
+        ``sizes``: how far arrays go; where the numbers of one would be long, all its entries are shown in SI.
+        """
         listed = {other.name: other for other in (*self.problem.states, *self.problem.outputs)}
         unit, from_si = shown_unit(self.pictured, listed, q.name, q.unit)
-        return unit, 1 / from_si
+        size = (sizes or {}).get(ARRAY.sub("", q.name), 0.0)
+        long = size < LONG <= size * from_si and "rad" not in q.unit
+        return (q.unit, 1.0) if long else (unit, 1 / from_si)
 
     def set_in(self, q: Quantity) -> tuple[str, float]:
         """Return the unit that a parameter or an input is set in, and its value in SI: that of the text, if it has one."""
@@ -237,7 +250,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         }
         turned = [first + k for first in turns for k in range(4)]
         turned += [k for rates in turns.values() for k in rates if k not in starts]
-        usual = self.usual_sizes(found)
+        usual, far = self.usual_sizes(found), array_sizes(found.extents)
         return {
             "turns": [{"index": first, "rates": rates} for first, rates in turns.items()],
             "turned": [
@@ -245,33 +258,49 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                 for k in turned
             ],
             "parameters": [
-                slider(q, k, found.p[k], range_of(q, found.p[k], usual), self.read_in(q, found.p[k]))
+                slider(
+                    q,
+                    k,
+                    found.p[k],
+                    range_of(q, found.p[k], usual.of(q.name, q.unit)),
+                    self.read_in(q, found.p[k]),
+                )
                 for k, q in enumerate(problem.parameters)
                 if k in free
             ],
             "starts": [
-                slider(q, k, found.y0[k], range_of_start(q, found.y0[k], found.nominal[k]), self.shown(q))
+                slider(
+                    q,
+                    k,
+                    found.y0[k],
+                    range_of_start(q, found.y0[k], self.reach(q, found, k)),
+                    self.shown(q, far),
+                )
                 for k, q in enumerate(problem.states)
                 if k in starts
             ],
             "inputs": [
-                slider(q, k, found.u[k], range_of(q, found.u[k], usual), self.read_in(q, found.u[k]))
+                slider(
+                    q,
+                    k,
+                    found.u[k],
+                    range_of(q, found.u[k], usual.of(q.name, q.unit)),
+                    self.read_in(q, found.u[k]),
+                )
                 for k, q in enumerate(problem.inputs)
                 if k not in held
             ],
         }
 
-    def usual_sizes(self, found: RunFigures) -> dict[str, float]:
-        """Return by unit how large values are: the median of the parameters and inputs, else the largest in the motion."""
-        sizes: dict[str, list[float]] = {}
-        # constants of the run stand behind the parameters
-        for q, value in zip(
-            (*self.problem.inputs, *self.problem.parameters), (*found.u, *found.p), strict=False
-        ):
-            if q.unit and value != 0 and math.isfinite(value):
-                sizes.setdefault(q.unit, []).append(abs(value))
-        met = {unit: size for unit, size in found.extents.sizes.items() if unit and size > 0}
-        return met | {unit: sorted(of)[len(of) // 2] for unit, of in sizes.items()}
+    def usual_sizes(self, found: RunFigures) -> UsualSizes:
+        """Return how large settings are. Constants of the run stand behind the parameters."""
+        settings = zip((*self.problem.inputs, *self.problem.parameters), (*found.u, *found.p), strict=False)
+        return sizes_of(((q.name, q.unit, value) for q, value in settings), found.extents.sizes)
+
+    def reach(self, q: Quantity, found: RunFigures, k: int) -> float:
+        """Return how far a state goes in the motion, to two digits; twice its nominal value where it stays."""
+        extents = found.extents
+        return 2 * found.nominal[k] if extents.constant(q.name) else float(f"{extents.largest(q.name):.2g}")
 
     def rates_of(self, first: int) -> list[int]:
         """Return the indices of the angular velocity of the rotation whose quaternion begins at ``first``."""
@@ -334,6 +363,15 @@ class PageFacts(Struct, frozen=True, kw_only=True):
         }
 
 
+def array_sizes(extents: Extents) -> dict[str, float]:
+    """Return the largest value of each array and of all else."""
+    sizes: dict[str, float] = {}
+    for name in extents.ends:
+        array = ARRAY.sub("", name)
+        sizes[array] = max(sizes.get(array, 0.0), extents.largest(name))
+    return sizes
+
+
 def parameters_read(equations: Equations) -> set[int]:
     """Return the parameters that functions of the model read, themselves or through formulas of others."""
     places = {node: slot.index for node, slot in equations.layout.items() if slot.array == "p"}
@@ -347,13 +385,16 @@ def parameters_read(equations: Equations) -> set[int]:
     return read
 
 
-def range_of(q: Quantity, value: float, usual: Mapping[str, float]) -> tuple[float, float]:
-    """Return from where to where a parameter or an input may go: to zero where that leaves a model, within declared limits."""
+def range_of(q: Quantity, value: float, usual: float | None) -> tuple[float, float]:
+    """Return from where to where a parameter or an input may go: to zero where that leaves a model, within declared limits.
+
+    ``usual``: how large it would be, of a value that is zero.
+    """
     least = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else -math.inf
     most = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else math.inf
     size = abs(value)
     if value == 0:
-        size = usual.get(q.unit, math.pi if q.unit == "rad" else factor(q.display or q.unit) / factor(q.unit))
+        size = usual or (math.pi if q.unit == "rad" else factor(q.display or q.unit) / factor(q.unit))
         size = min(size, math.pi) if q.unit == "rad" else size
         entry = OF_MATRIX.search(q.name)
         positive = q.unit in NEVER_NEGATIVE and (entry is None or entry[1] == entry[2])
@@ -371,9 +412,9 @@ def range_of(q: Quantity, value: float, usual: Mapping[str, float]) -> tuple[flo
     return min(low, value), max(high, value)
 
 
-def range_of_start(q: Quantity, value: float, size: float) -> tuple[float, float]:
-    """Return from where to where a start value with this nominal value may go."""
-    half = max(2 * abs(value), 2 * size) or 1.0
+def range_of_start(q: Quantity, value: float, reach: float) -> tuple[float, float]:
+    """Return from where to where the start value of what reaches this far may go."""
+    half = max(2 * abs(value), reach) or 1.0
     half = min(half, math.pi) if q.unit == "rad" and abs(value) <= math.pi else half
     low = q.minimum if q.minimum is not None and math.isfinite(q.minimum) else -half
     high = q.maximum if q.maximum is not None and math.isfinite(q.maximum) else half
@@ -388,12 +429,17 @@ def slider(
         "name": q.name,
         "index": index,
         "value": value,
-        "min": ends[0],
-        "max": ends[1],
+        "min": min(short(ends[0]), value),
+        "max": max(short(ends[1]), value),
         "shown": shown[0],
         "factor": shown[1],
         "doc": q.doc,
     }
+
+
+def short(value: float) -> float:
+    """Return a value to six digits: pages are short."""
+    return float(f"{value:.6g}")
 
 
 def _mesh(path: str) -> dict[str, Any]:

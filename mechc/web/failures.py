@@ -57,8 +57,9 @@ class _Report(Struct):
 
 
 def failure_texts(problem: Problem) -> dict[str, str]:
-    """Return texts by "status", "status:index", "status:index:part" and those with ":nan" or ":inf", the most special one
-    counts. Blanks: @time@, @value@, @name@ (of the state or row with the index), @y3@ (of a state)."""
+    """Return texts by "status", "status:kind" (of the state), "status:index", "status:index:part" and those with ":nan" or ":inf", the
+    most special one counts. Blanks: @time@, @value@, @name@ (of the state or row with the index), @coordinate@ (of which it is the rate),
+    @y3@ (of a state)."""
     texts: dict[str, str] = {}
     y: Array = [_Blank(f"y{k}") for k in range(problem.ny)]  # type: ignore[assignment]
     for status in Status:
@@ -74,12 +75,24 @@ def _of_status(problem: Problem, status: Status, y: Array) -> dict[str, str]:
         if len(found) > MOST:
             break
         text = _text(problem, status, report, y)
-        if text is not None:
-            if not found:
-                found[str(int(status))] = text
-            elif text != next(found[less] for less in _less(key) if less in found):
-                found[key] = text
+        if text is None:
+            continue
+        of_kind = _of_kind(problem, status, report)
+        if not found:
+            found[str(int(status))] = text
+        elif text != next(
+            found[less] for less in (*_less(key)[:-1], *of_kind, str(int(status))) if less in found
+        ):
+            found[next((k for k in of_kind[:1] if k not in found), key)] = text
     return found
+
+
+def _of_kind(problem: Problem, status: Status, report: _Report) -> list[str]:
+    """Return the keys of the kind of the state, with the size of its value and without it; none where no state fails."""
+    if status not in OF_STATES:
+        return []
+    kind = f"{int(status)}:{problem.states[report.failed_index].kind}"
+    return [kind] if math.isfinite(report.failed_value) else [f"{kind}:{float(report.failed_value)}", kind]
 
 
 def _reports(problem: Problem, status: Status) -> Iterator[tuple[str, _Report]]:
@@ -117,7 +130,11 @@ def _text(problem: Problem, status: Status, report: _Report, y: Array) -> str | 
     except (AssertionError, IndexError):
         return None
     name = _name(problem, status, report.failed_index)
-    return failure.message.replace(f"'{name}'", "'@name@'") if failure else None
+    if failure is None:
+        return None
+    said = failure.message.replace(f"'{name}'", "'@name@'")
+    coordinate = name.replace("der(", "", 1).replace(")", "", 1)
+    return said.replace(f"'{coordinate}'", "'@coordinate@'") if coordinate != name else said
 
 
 def _name(problem: Problem, status: Status, index: int) -> str:

@@ -4,6 +4,11 @@ const number = v => { const r = +v.toPrecision(4), size = Math.abs(r); return !N
 const read = text => text.replace(/-/g, '−');
 const said = v => read(number(v));
 const small = v => v ? read(v.toExponential(1)) : '0';
+const GREEK = new Map('alpha:α beta:β gamma:γ delta:δ epsilon:ε zeta:ζ eta:η theta:θ kappa:κ lambda:λ mu:μ nu:ν xi:ξ rho:ρ sigma:σ tau:τ phi:φ chi:χ psi:ψ omega:ω'.split(' ').map(pair => pair.split(':')));
+/** A name as formulas have it: θ for theta, dx/dt for der(x). */
+const spelt = name => name.replace(/[a-z]+/gi, word => GREEK.get(word) ?? word).replace(/^der\((\p{L})\)$/u, 'd$1/dt');
+/** One that may break after points. */
+const broken = name => spelt(name).replaceAll('.', '.\u200b');
 const unitText = unit => unit.replace(/\./g, '·').replace(/\^(-?\d+)/g, (all, n) => [...n].map(c => '⁻⁰¹²³⁴⁵⁶⁷⁸⁹'['-0123456789'.indexOf(c)]).join(''));
 
 const EVENT_KINDS = ['switching', 'impact', 'rest', 'lift-off', 'slip', 'stick', 'crossing', 'reflection', 'release', 'engagement'];
@@ -13,7 +18,8 @@ const HURRY = 15;  // milliseconds in which a motion is integrated while somethi
 const LATE = 500, MOST = 20000;  // milliseconds after which a run gives way to newer settings, and after which it is given up
 const MANY = 20;  // sliders of one kind, of which those of components can be folded away
 const GAUGES = ['bead', 'dial'];
-const AFAR = 8;  // what goes this many times its own length along one axis, and the breadth of its way, is followed
+const AFAR = 8, NEAR = 2;  // what goes this many times its own length along one axis, and the breadth of its way, is followed; a machine nearer
+const TURNS = 3;  // from so many on, angles that repeat are counted in turns, and a phase portrait shows one
 const FLAT = 8;  // what extends over less than this part of a scale has one of its own
 
 const TRACK_ENDS = 0.6;  // of the height of a track, that of the numbers below it
@@ -33,6 +39,15 @@ function onScales(ranges) {
   return {rows, ends};
 }
 
+/** The shapes at which arrows show how fast they move: solids and paths, or where there are none points. */
+function withSpeed({shapes}) {
+  const found = shapes.filter(s => ['mass', 'box', 'cylinder', 'trail'].includes(s.kind) || s.kind === 'sphere' && !s.relative);
+  return found.length ? found : shapes.filter(s => s.kind === 'sphere');
+}
+/** Says beside a name what it stands for; rates have the words of their coordinates. */
+function explain({name, doc}, place) {
+  if (doc && !name.startsWith('der(')) place.append(Object.assign(document.createElement('small'), {textContent: ' ' + doc.replace(/`([^`]*)`/g, '‘$1’')}));
+}
 /** The numbers of the picture at any time, and the box that all motion lies in. */
 function motion(run, plan) {
   const {nScene: m, scene, t, n} = run;
@@ -98,15 +113,15 @@ function motion(run, plan) {
   const tracks = onScales(ranges);
   const heaviest = Math.max(0, ...plan.shapes.filter(s => s.kind === 'mass').map(s => Math.abs(scene[s.numbers[3]])));
   const moves = list => list.some(k => { for (let i = 1; i < n; i++) if (scene[i * m + k] !== scene[k]) return true; return false; });
-  /** What follows a motion that leads far along one axis, or null: the box around its place at any time. What was followed stays so,
-   * and as near: `kept` is the room that it had along each axis. */
+  /** What follows a motion that leads far along one axis, or a machine of many shapes that moves far at all, or null: the box around its
+   * place at any time. What was followed stays so, and as near: `kept` is the room that it had along each axis. */
   function following(kept) {
     const whole = box(), spans = whole.high.map((v, k) => v - whole.low[k]), k = spans.indexOf(Math.max(...spans)), wide = Math.max(...spans.filter((_, j) => j !== k));
-    if (!kept && !(spans[k] > AFAR * wide)) return null;
-    const movers = plan.shapes.filter(s => s.kind !== 'trail' && moves(s.numbers));
-    const long = Math.max(wide / 2, ...spread.filter((_, j) => j % 10 === 0).map(i => { const b = box([i], movers); return b.high[k] - b.low[k]; }));
+    const movers = plan.shapes.filter(s => s.kind !== 'trail' && moves(s.numbers)), machine = movers.length > MANY;
+    if (!kept && !machine && !(spans[k] > AFAR * wide)) return null;
+    const long = Math.max(machine ? 0 : wide / 2, ...spread.filter((_, j) => j % 10 === 0).map(i => { const b = box([i], movers); return Math.max(...b.high.map((v, j) => j === k || machine ? v - b.low[j] : 0)); }));
     if (!kept && !(spans[k] > AFAR * long)) return null;
-    const room = kept ?? spans.map((v, j) => j === k ? AFAR * long : v);
+    const room = kept ?? spans.map((v, j) => machine ? Math.min(v, NEAR * long) : j === k ? AFAR * long : v);
     return {room, movers, box() {
       const {i, s} = at, [a, b] = [i, Math.min(i + 1, n - 1)].map(i => box([i], movers)), low = [...whole.low], high = [...whole.high];
       for (let j = 0; j < 3; j++) if (j === k || spans[j] > room[j]) {
@@ -128,7 +143,7 @@ function motion(run, plan) {
     speeds() {
       const found = [], i = at.i, h = t[Math.min(i + 1, n - 1)] - t[i];
       if (!(h > 0)) return found;
-      for (const s of plan.shapes) if (s.kind === 'mass' || s.kind === 'box' || s.kind === 'cylinder' || (s.kind === 'sphere' && !s.relative) || s.kind === 'trail') {
+      for (const s of withSpeed(plan)) {
         const v = s.numbers.slice(0, 3).map(k => (scene[(i + 1) * m + k] - scene[i * m + k]) / h);
         found.push([s.numbers.slice(0, 3).map(k => row[k]), v]);
       }
@@ -195,10 +210,11 @@ async function start(info, parts) {
     for (const s of sliders) if (s.value !== s.default) found[s.group][s.index] = s.value;
     return found;
   }
-  function slider(q, group, index, box) {
+  function slider(q, group, index, box, part) {
     const s = {name: q.name, group, index, default: q.value, value: q.value, factor: q.factor};
     const row = box.insertBefore(document.createElement('label'), box.querySelector('details')), out = document.createElement('output'), head = document.createElement('span');
-    head.textContent = q.name; head.title = q.doc || q.name;
+    head.textContent = broken(part ? q.name.replace(part + '.', '') : q.name); head.title = q.doc || q.name;
+    explain(q, head);
     const input = Object.assign(document.createElement('input'), {type: 'range', min: q.min, max: q.max, step: 'any', id: 's-' + q.name});
     const field = Object.assign(document.createElement('input'), {type: 'number', step: 'any', className: 'field'});
     field.setAttribute('aria-label', `${q.name} in ${q.shown || 'a pure number'}`);
@@ -301,6 +317,11 @@ async function start(info, parts) {
     for (let i = 0; i < all.n; i++) values[i] = data[i * stride + q.k] / q.factor;
     return values;
   }
+  /** A turn of what repeats after one and makes many, in its unit, else zero. */
+  function turnOf(q, data) {
+    const turn = 2 * Math.PI / q.factor, [low, high] = ends(data);
+    return q.of === 'y' && info.turning.includes(q.k) && high - low > TURNS * turn ? turn : 0;
+  }
   /** A quantity between the rows of the grid at which the picture stands. */
   function placed(q, {i, s}) {
     const {run} = state, [data, stride] = q.of === 'y' ? [run.y, run.ny] : [run.out, run.nOut], of = k => data[Math.min(k, run.n - 1) * stride + q.k];
@@ -344,10 +365,11 @@ async function start(info, parts) {
       }
       scene.fit(moving.box());
     }
+    $('arrows').parentNode.hidden = !withSpeed(plan).length;
     if (!$('speed').length) offer(paceOf(run, plan));
     note(`${run.steps} steps in ${number(run.ms)} ms${run.status === 3 ? `, ended by the model at ${said(run.reached)} ${info.second}` : ''}${run.cut === undefined ? '' : `; curves have both sides of events until ${said(run.cut)} ${info.second}`}`);
     const balance = info.energy || energy(run);  // what a recorded page holds is rounded: the run itself has said it
-    $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])} ${unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest energy`}` : 'none is known';
+    $('energy').textContent = balance ? `${small(balance.worst / info.joule[1])}${info.joule[0] && ' ' + unitText(info.joule[0])}${balance.relative === null ? '' : `, ${small(balance.relative)} of the largest energy`}` : 'none is known';
     state.energy = balance;
     if (run.error !== undefined) tellError(run.error); else { state.error = null; $('error').textContent = '…'; draw(); }
     go(Math.min(Math.max(state.time, run.t[0]), run.t[run.n - 1]));
@@ -374,11 +396,11 @@ async function start(info, parts) {
     const {run} = state, names = [...shown];
     if (!run) return;
     const more = info.moreCurves && names.join() === info.curves.join() ? `${names.length} of ${names.length + info.moreCurves} coordinates shown` : '';
-    const named = q => q.shown ? `${q.name} / ${q.shown}` : q.name;
-    curves.set(run.all.t, names.map(n => { const q = column(n); return {name: n, unit: q.shown, data: series(q), trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)), more);
+    const named = q => q.shown ? `${spelt(q.name)} / ${q.shown}` : spelt(q.name);
+    curves.set(run.all.t, names.map(n => { const q = column(n), data = series(q), turn = turnOf(q, data); return {name: n, unit: turn ? 'turns' : q.shown, data: turn ? data.map(v => v / turn) : data, trusted: trustedRows(q)}; }), run.events.map(e => e.t), info.second, Math.max(whole.end, run.all.t.at(-1)), more);
     $('chosen').textContent = `${names.length} of ${columns.length}`;
-    const a = column($('across').value), b = column($('up').value);
-    phase.set(series(a), series(b), named(a), named(b), Math.min(trustedRows(a), trustedRows(b)));
+    const a = column($('across').value), b = column($('up').value), [x, y] = [a, b].map(series);
+    phase.set(x, y, named(a), named(b), Math.min(trustedRows(a), trustedRows(b)), [turnOf(a, x), turnOf(b, y)]);
     const counts = EVENT_KINDS.map((name, kind) => [run.events.filter(e => e.kind === kind).length, name]).filter(([n]) => n);
     $('events').textContent = `${counts.length > 1 ? `${run.events.length}: ` : ''}${counts.map(([n, name]) => `${n} ${name}${n > 1 ? 's' : ''}`).join(', ') || 'none'}`;
   }
@@ -429,7 +451,7 @@ async function start(info, parts) {
         fold.innerHTML = '<summary></summary>'; fold.firstChild.textContent = part; fold.open = !narrow;
         parts.set(part, fold);
       }
-      slider(q, group, q.index, parts.get(part));
+      slider(q, group, q.index, parts.get(part), part);
     }
   }
   if (live) info.turned.forEach(unseen);
@@ -437,8 +459,9 @@ async function start(info, parts) {
   for (const q of columns) {
     const label = document.createElement('label'), box = Object.assign(document.createElement('input'), {type: 'checkbox', checked: shown.has(q.name)});
     box.onchange = () => { if (box.checked) shown.add(q.name); else shown.delete(q.name); draw(); go(state.time); };
-    label.append(box, ' ' + q.name); label.title = q.doc || ''; $('choose').append(label);
-    for (const id of ['across', 'up']) $(id).append(new Option(q.name, q.name));
+    label.append(box, ' ' + broken(q.name)); label.title = q.doc || '';
+    explain(q, label); $('choose').append(label);
+    for (const id of ['across', 'up']) $(id).append(new Option(spelt(q.name), q.name));
   }
   [$('across').value, $('up').value] = info.phase;
   $('across').onchange = $('up').onchange = () => { draw(); go(state.time); };

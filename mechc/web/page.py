@@ -148,10 +148,11 @@ SPACES_OF_STYLE = re.compile(r" ?([{}]) ?|([:;,]) ")
 
 
 def squeezed(text: str, *, style: bool = False) -> str:
-    """Return a script, or a style, without spaces that it does not need."""
+    """Return a script without comments, or a style, without spaces and signs that it does not need."""
     if style:
         return SPACES_OF_STYLE.sub(r"\1\2", text)
-    return SPACES.sub(lambda found: found[2] or found[0], text)
+    short = SPACES.sub(lambda found: found[2] or found[0], text)
+    return short.replace(";\n", ";").replace(";}", "}").replace("const ", "let ")
 
 
 def page_text(name: str) -> str:

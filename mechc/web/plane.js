@@ -1,6 +1,7 @@
 // The scene in the plane on a canvas. One interface with space.js: makeScene(host, plan) -> {draw(state), fit, png}.
 function makeScene(host, plan) {
-  const canvas = host.appendChild(document.createElement('canvas')), c = canvas.getContext('2d');
+  // drawn by the processor: a card is hardly faster with a few hundred paths, and where there is none, what stands in for one takes ten times as long
+  const canvas = host.appendChild(document.createElement('canvas')), c = canvas.getContext('2d', {willReadFrequently: true});
   const view = {x: 0, y: 0, scale: 1, fitted: true};
   let last = null, extent = 1, wide = 0, high = 0;
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
@@ -47,7 +48,7 @@ function makeScene(host, plan) {
   function gauge(s, v, state) {
     const {rows, ends} = state.tracks, at = rows.indexOf(s), w = host.clientWidth, row = host.clientHeight / (rows.length + TRACK_ENDS * ends.length + (plan.left ? TRACK_ENDS : 0));
     const y = row * (at + 0.5 + TRACK_ENDS * ends.filter(k => k < at).length), left = Math.max(90, w * 0.2), right = w - 50, [low, high] = state.ranges.get(s);
-    const name = s.unit && s.kind === 'bead' ? `${s.text} / ${s.unit}` : s.text;
+    const name = s.unit && s.kind === 'bead' ? `${spelt(s.text)} / ${s.unit}` : spelt(s.text), near = 10 ** Math.floor(Math.log10(high - low) - 2);
     c.fillStyle = style('--text'); c.font = `${Math.min(13, row)}px system-ui, sans-serif`; c.textAlign = 'left';
     c.fillText(name, 12, c.measureText(name).width + 22 < left ? y + 4 : y - Math.min(14, row / 3));  // a long one stands above
     if (plan.left && at === rows.length - 1) { c.fillStyle = style('--faint'); c.fillText(`${rows.length} of ${rows.length + plan.left} shown`, 12, host.clientHeight - 6); }
@@ -59,8 +60,8 @@ function makeScene(host, plan) {
     }
     c.moveTo(left, y); c.lineTo(right, y); c.stroke();
     if (ends.includes(at)) {  // those of one scale have its ends below the last
-      c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';
-      c.fillText(said(low / s.factor), left, y + row / 2 + 8); c.fillText(said(high / s.factor), right, y + row / 2 + 8); c.textAlign = 'left';
+      c.fillStyle = style('--faint'); c.font = '11px system-ui, sans-serif'; c.textAlign = 'center';  // to a hundredth
+      for (const [v, x] of [[low, left], [high, right]]) c.fillText(said((near > 0 ? Math.round(v / near) * near : v) / s.factor), x, y + row / 2 + 8); c.textAlign = 'left';
     }
     c.fillStyle = s.own; c.beginPath(); c.arc(left + (high > low ? (v[0] - low) / (high - low) : 0.5) * (right - left), y, Math.min(8, row * 0.4), 0, 7); return c.fill();
   }

@@ -10,6 +10,12 @@ function ticks(low, high, count) {
   const size = Math.max(step, ...found.map(Math.abs)), short = step >= 1e5 || size < 0.01 && step < 1e-4, digits = Math.max(0, short ? place(size) - place(step) : -place(step));
   return {step, found, texts: found.map(v => read(!short ? v.toFixed(digits) : Math.abs(v) < step / 2 ? '0' : v.toExponential(digits).replace('e+', 'e')))};
 }
+/** The lowest and the highest of values. */
+function ends(values) {
+  let low = Infinity, high = -Infinity;
+  for (const v of values) { if (v < low) low = v; if (v > high) high = v; }
+  return [low, high];
+}
 /** A range with room beside it; what varies by less than a millionth of its size is flat in it. */
 function widened(low, high) {
   if (!(high >= low)) { low = 0; high = 1; }
@@ -70,7 +76,7 @@ function makePlot(canvas, {onTime, ink}) {
   const marker = add('marker'), reading = add('reading');
   let x = new Float64Array(0), curves = [], panels = [], events = [], second = 's', end = 1, frame = {l: 58, r: 12, t: 22, b: 34}, w = 0, h = 0, note = '';
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
-  const shown = s => s.unit ? `${s.name} / ${s.unit}` : s.name;
+  const shown = s => s.unit ? `${spelt(s.name)} / ${s.unit}` : spelt(s.name);
   /** Where the names of a panel stand above its curves, on as many lines as they need; what has no room on the last one is counted there. */
   function legend(c, list, most) {
     let x = frame.l, line = 0;
@@ -150,7 +156,7 @@ function makePlot(canvas, {onTime, ink}) {
     const off = s => Math.abs(py(panel, s.data[i]) - event.offsetY), s = panel?.curves.reduce((a, b) => off(b) < off(a) ? b : a);
     reading.hidden = !s;
     if (!s) return;
-    reading.textContent = `${s.name} ${said(s.data[i])} ${s.unit} at ${said(x[i])} ${second}`;
+    reading.textContent = `${spelt(s.name)} ${said(s.data[i])} ${s.unit} at ${said(x[i])} ${second}`;
     reading.style.cssText = `top: ${Math.max(0, event.offsetY - 30)}px; ${event.offsetX < w / 2 ? `left: ${event.offsetX + 12}px` : `right: ${w - event.offsetX + 12}px`}; color: ${ink()[s.index % 7]}`;
   }
   canvas.addEventListener('pointerdown', e => { canvas.setPointerCapture(e.pointerId); onTime(under(e)); });
@@ -162,8 +168,7 @@ function makePlot(canvas, {onTime, ink}) {
     set(abscissa, list, marks, unit, last, told) {
       x = abscissa; events = marks; second = unit; end = last; note = told; reading.hidden = true;
       curves = list.map((s, index) => {
-        let low = Infinity, high = -Infinity;
-        for (const v of s.data) { if (v < low) low = v; if (v > high) high = v; }
+        const [low, high] = ends(s.data);
         return {...s, index, low, high};
       });
       drawStill();
@@ -177,10 +182,20 @@ const MARKED = '❘ events';
 function makePhase(canvas, {ink}) {
   const c = canvas.getContext('2d'), dot = canvas.parentNode.appendChild(document.createElement('div'));
   dot.className = 'dot';
-  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = [0, 0], w = 0, h = 0, trusted = 0, left = 52;
+  let a = [], b = [], names = ['', ''], box = [0, 1, 0, 1], at = [0, 0], w = 0, h = 0, trusted = 0, left = 52, turns = [0, 0];
   const style = name => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   const px = v => left + (v - box[0]) / (box[1] - box[0]) * (w - left - 12);
   const py = v => h - 34 - (v - box[2]) / (box[3] - box[2]) * (h - 60);
+  /** What repeats after a turn is shown within one: a line that leaves it comes in again at the other side. */
+  const within = (v, turn) => turn ? v - turn * Math.round(v / turn) : v;
+  function point(i) {
+    const [x, y] = [a[i], b[i]].map((v, k) => within(v, turns[k])), [X, Y] = [x - (a[i] - a[i - 1]), y - (b[i] - b[i - 1])];
+    if (turns.some((turn, k) => turn && Math.abs([X, Y][k] - within([a, b][k][i - 1], turn)) > turn / 2)) {
+      const [last, before] = [a, b].map((of, k) => within(of[i - 1], turns[k]));
+      c.lineTo(px(last + a[i] - a[i - 1]), py(before + b[i] - b[i - 1])); c.moveTo(px(X), py(Y));
+    }
+    c.lineTo(px(x), py(y));
+  }
   function still() {
     const scale = devicePixelRatio || 1;
     w = canvas.clientWidth; h = canvas.clientHeight;
@@ -197,15 +212,20 @@ function makePhase(canvas, {ink}) {
     Y.found.forEach((v, k) => { rule(c, style, v, Y, left, py(v), w - 12, py(v)); c.fillText(Y.texts[k], left - 6, py(v)); });
     c.textAlign = 'left'; c.fillText(names[1], 8, 8);
     c.strokeStyle = ink()[0]; c.lineWidth = 1.5; c.lineJoin = 'round';
-    inTwo(c, a.length, trusted, i => c.lineTo(px(a[i]), py(b[i])));
-    c.lineWidth = 1;
-    if (a.length) { c.beginPath(); c.arc(px(a[0]), py(b[0]), 3.5, 0, 7); c.fillStyle = style('--back'); c.fill(); c.stroke(); }  // where it begins
+    c.save(); c.beginPath(); c.rect(left, 26, w - left - 12, h - 60); c.clip();
+    inTwo(c, a.length, trusted, point);
+    c.restore(); c.lineWidth = 1;
+    if (a.length) { c.beginPath(); c.arc(px(within(a[0], turns[0])), py(within(b[0], turns[1])), 3.5, 0, 7); c.fillStyle = style('--back'); c.fill(); c.stroke(); }  // where it begins
   }
   function mark(x, y) {
     at = [x, y];
-    dot.style.transform = `translate(${px(x)}px, ${py(y)}px)`;
+    dot.style.transform = `translate(${px(within(x, turns[0]))}px, ${py(within(y, turns[1]))}px)`;
   }
-  const range = v => { let l = Infinity, h = -Infinity; for (const x of v) { if (x < l) l = x; if (x > h) h = x; } return widened(l, h); };
+  const range = (v, turn) => turn ? [-turn / 2, turn / 2] : widened(...ends(v));
   new ResizeObserver(() => { if (a.length) { still(); mark(...at); } }).observe(canvas);
-  return {mark, set(x, y, across, up, until) { a = x; b = y; trusted = until; names = [across, up]; box = [...range(a), ...range(b)]; still(); }};
+  return {
+    mark,
+    /** `each`: of what repeats the turn after which it does, else zero. */
+    set(x, y, across, up, until, each) { a = x; b = y; trusted = until; turns = each; names = [across, up]; box = [...range(a, each[0]), ...range(b, each[1])]; still(); },
+  };
 }

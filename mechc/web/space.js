@@ -32,10 +32,17 @@ function program(gl, [vertex, fragment]) {
 }
 const rgb = text => [1, 3, 5].map(i => parseInt(text.slice(i, i + 2), 16) / 255);
 
-function makeStage(host, {up = [0, 0, 1]}) {
+const CROWD = 100;  // shapes from which on they are drawn plainly where no graphics card draws them
+/** Whether the processor stands in for a graphics card. */
+const byProcessor = gl => /SwiftShader|llvmpipe|software|basic render/i.test(gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
+
+function makeStage(host, {up = [0, 0, 1], shapes = []}) {
   let ground = null;
-  const canvas = host.appendChild(document.createElement('canvas')), gl = canvas.getContext('webgl2', {antialias: true, alpha: true, stencil: true});
+  const open = antialias => { const canvas = host.appendChild(document.createElement('canvas')); return [canvas, canvas.getContext('webgl2', {antialias, alpha: true, stencil: true})]; };
+  let [canvas, gl] = open(true);
   if (!gl) throw Error('no WebGL2');
+  const plain = shapes.length > CROWD && byProcessor(gl);  // without shadows and smooth edges: they take most of a frame then
+  if (plain) { canvas.remove(); [canvas, gl] = open(false); }
   const solid = program(gl, SOLID), stroke = program(gl, LINE), meshes = {}, solids = [], lines = [], labels = [];
   const side = unit(cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), ahead = cross(side, up);
 
@@ -48,7 +55,7 @@ function makeStage(host, {up = [0, 0, 1]}) {
       gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.STATIC_DRAW);
       gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, 3, gl.FLOAT, false, 0, 0);
     });
-    const each = gl.createBuffer(); // a row for each solid of this mesh: colour, and the columns of its matrix
+    const each = gl.createBuffer();  // a row for each solid of this mesh: colour, and the columns of its matrix
     gl.bindBuffer(gl.ARRAY_BUFFER, each);
     [[2, 3, 0], [3, 4, 12], [4, 4, 28], [5, 4, 44], [6, 4, 60]].forEach(([i, n, offset]) => {
       gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, n, gl.FLOAT, false, 76, offset); gl.vertexAttribDivisor(i, 1);
@@ -153,7 +160,7 @@ function makeStage(host, {up = [0, 0, 1]}) {
     for (const item of solids) if (item.matrix) seen(item).rows.push(...item.colour, ...item.matrix);
     for (const {each, rows} of Object.values(meshes)) { gl.bindBuffer(gl.ARRAY_BUFFER, each); gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(rows), gl.DYNAMIC_DRAW); }
     fill(at([0, 0, 0], 1), 0);
-    if (ground !== null) shadows();
+    if (ground !== null && !plain) shadows();
     gl.useProgram(stroke.program); gl.uniformMatrix4fv(stroke.view, false, view); gl.uniform2f(stroke.size, canvas.width, canvas.height);
     gl.depthMask(false);
     for (const l of lines) if (l.n) {
@@ -200,7 +207,7 @@ function makeStage(host, {up = [0, 0, 1]}) {
 
 /** The shapes of a plan on that stage: makeScene(host, plan) -> {draw(state), fit(box), canvas}, as in plane.js. */
 function makeScene(host, plan) {
-  const stage = makeStage(host, {up: plan.up}), items = plan.shapes.map(() => null), speeds = [];
+  const stage = makeStage(host, plan), items = plan.shapes.map(() => null), speeds = [];
   let size = 1, last = null;
   const scaled = (v, f) => v.map(x => x * f);
   const axes = v => [v.subarray(3, 6), v.subarray(6, 9), v.subarray(9, 12)].map(a => Array.from(a));
@@ -210,7 +217,7 @@ function makeScene(host, plan) {
     const n = Math.hypot(...axis) || 1, d = world(v, ...axis).map((x, k) => (x - v[k]) / n), o = Array.from(v.subarray(0, 3));
     const P = middle ? o.map((x, k) => x - d[k] * length / 2) : o, Q = P.map((x, k) => x + d[k] * length);
     const m = between(P, Q, radius);
-    if (Math.abs(axis[0]) < n && v[3] !== undefined) { // turn with the frame
+    if (Math.abs(axis[0]) < n && v[3] !== undefined) {  // turn with the frame
       const X = axes(v)[Math.abs(axis[0]) > 0.9 * n ? 1 : 0], y = unit(sub(X, d.map(x => x * dot(X, d)))), z = cross(d, y);
       return frame(sub(Q, P), scaled(y, radius), scaled(z, radius), mix(P, Q, 0.5));
     }

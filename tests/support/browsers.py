@@ -130,7 +130,7 @@ def off(opened: Opened, solution: mechc.Solution, until: float = np.inf) -> floa
     times = found["time"]
     same = np.diff(times) == 0
     kept = (times <= until) & ~np.append(same, False) & ~np.append(False, same)
-    native, nominal = solution(times[kept]), opened.ask("page.info.nominal")
+    native, nominal = solution(times[kept]), opened.ask("Array.from(page.run.nominal)")
     return max(
         float((np.abs(found[q.name][kept] - native[q.name]) / (size + np.abs(native[q.name]))).max())
         for q, size in zip(solution.problem.states, nominal, strict=True)

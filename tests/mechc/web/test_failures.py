@@ -3,11 +3,22 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
 
 import pytest
+from browsers import Opened, needs_browser, running_browser
 
 import mechc
 from mechc.web.failures import failure_texts
+from mechc.web.page import page
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    yield from running_browser()
+
 
 FAILING = {
     "restitution": """
@@ -78,3 +89,27 @@ def test_one_text_is_that_of_the_native_run_but_for_its_blanks(text: str) -> Non
 def _fits(text: str, message: str) -> bool:
     pattern = re.sub(r"@\w+@", r"\\S+", re.escape(text).replace("'@name@'", r"'[^']+'"))
     return re.fullmatch(pattern, message) is not None
+
+
+@needs_browser
+def test_a_page_fills_the_blanks(browser: Any, tmp_path: Path) -> None:
+    """Of many states the last acceleration is that of its coordinate, as the native run says it."""
+    text = """
+    structural parameter Integer n = 60;
+    parameter h = 0.5;
+    coordinate x[n] = {1 m for i in 1:n};
+    initial der(x[n]) = -1 m/s;
+    for i in 1:n loop kinetic 1/2*1 kg*der(x[i])^2; end for;
+    force 1 N*sqrt(x[n]/1 m - h) on x[n];
+    experiment(stop = 2 s);
+    """
+    model = mechc.loads(text)
+    failure = model.simulate().failure
+    assert failure is not None and "acceleration of 'x[60]'" in failure.message
+    path = tmp_path / "page.html"
+    path.write_text(page(model))
+    tab = Opened(browser, path)
+    shown = tab.ask("document.getElementById('failure').textContent")
+    numbers = re.compile(r"\d+\.\d+(e-\d+)?")
+    assert numbers.sub("#", shown) == numbers.sub("#", failure.message)
+    assert tab.said == []

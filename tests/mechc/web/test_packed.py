@@ -11,7 +11,7 @@ import subprocess
 import pytest
 
 from mechc.web.packed import packed, unpacked
-from mechc.web.page import page_text, squeezed
+from mechc.web.page import COMMENTS, HERE, page_text, squeezed
 
 NODE = shutil.which("node")
 
@@ -47,7 +47,14 @@ def test_the_page_reads_it_too(samples: list[bytes]) -> None:
 
 
 def test_scripts_lose_spaces_beside_signs_and_texts_keep_theirs() -> None:
-    assert squeezed("a = b ? 'x = y, z' : [1, 2];\nf(`p = ${q}, r`);\nc = a - -b;") == (
-        "a=b?'x = y, z':[1,2];\nf(`p = ${q}, r`);\nc=a - -b;"
+    assert squeezed("a = b ? 'x = y, z' : [1, 2];\nf(`p = ${q}, r`);\nif (q) { const c = a - -b; }\nd") == (
+        "a=b?'x = y, z':[1,2];f(`p = ${q}, r`);if(q){let c=a - -b}\nd"
     )
     assert squeezed("a { b: c, d; } .e :is(f) {}", style=True) == "a{b:c,d;}.e :is(f){}"
+
+
+def test_no_comment_is_left_in_scripts() -> None:
+    """Lines are joined: a comment would end the script."""
+    for script in sorted(HERE.glob("*.js")):
+        text = squeezed(COMMENTS.sub("", script.read_text(encoding="utf-8")))
+        assert not re.search(r"(^|[\s;{}])//|/\*", text), script.name

@@ -312,7 +312,7 @@ def test_the_cursor_strikes_no_name_and_texts_stay_in_their_plot(browser: Any, t
     assert all(t["right"] <= wide - 1 for t in texts)
     assert all(t["right"] <= wide - 12 for t in texts if "events" in t["text"])
     at = wide / 2
-    second = [t["y"] for t in texts if t["text"] in ("large / m", "phi / rad")]
+    second = [t["y"] for t in texts if t["text"] in ("large / m", "φ / rad")]
     assert len(second) == 2
     tab.ask("page.go(2.5)")
     box = tab.tab.query_selector("#plot").bounding_box()
@@ -457,3 +457,47 @@ def test_an_endless_plane_is_drawn_across_the_picture(browser: Any, tmp_path: Pa
     space = opened(browser, tmp_path, FLOORS["spatial"])
     assert space.ask("motion(page.run, page.info.scene).box().floor") == pytest.approx(0.05)
     assert space.said == tab.said == []
+
+
+@pytest.mark.parametrize(("count", "smooth"), [(3, True), (101, False)])
+def test_a_crowd_is_drawn_plainly_by_a_processor(
+    count: int, smooth: bool, browser: Any, tmp_path: Path
+) -> None:
+    """This browser has no graphics card: without smooth edges and shadows a frame of 200 balls takes half the processor time."""
+    text = f"coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; for i in 1:{count} loop draw sphere(1 cm) at {{x, 0 m, 0.1 m*i}}; end for; experiment(stop = 1 s);"
+    tab = opened(browser, tmp_path, text)
+    found = tab.ask(
+        "[...document.querySelectorAll('#scene canvas')].map(c => c.getContext('webgl2').getContextAttributes().antialias)"
+    )
+    assert found == [smooth]
+    assert tab.said == []
+
+
+MACHINE = """
+structural parameter Integer n = 24;
+parameter R = 40 m;
+coordinate phi = 0 rad;
+initial der(phi) = 0.2 rad/s;
+kinetic 1/2*1000 kg*R^2*der(phi)^2;
+for i in 1:n loop draw box({0.3, 0.2} m) at {R*sin(phi) + 0.1 m*i, R*cos(phi)}; end for;
+draw sphere(10 cm) at {0 m, 0 m};
+output Length place[2] = {R*sin(phi), R*cos(phi)};
+experiment(stop = 10 s, display = "mm");
+"""
+
+
+def test_a_machine_of_many_shapes_is_followed_wherever_it_goes(browser: Any, tmp_path: Path) -> None:
+    """24 boxes of 2.6 m together on a circle of 40 m: they fill a third of the picture; three of them, and no machine, are seen as a whole.
+    Lengths of 80 m are in m, though the model asks for mm."""
+    tab = opened(browser, tmp_path, MACHINE)
+    assert tab.ask("page.follows()")
+    for time in (0, 5, 10):
+        tab.ask(f"page.go({time})")
+        seen = tab.ask(
+            "[0, 23].map(k => page.project(page.values(k).slice(0, 3)).x / document.getElementById('scene').clientWidth)"
+        )
+        assert 0.2 < seen[0] < seen[1] < 0.8 and seen[1] - seen[0] > 0.15
+    assert {q["shown"] for q in tab.ask("page.info.outputs") if q["name"].startswith("place")} == {"m"}
+    few = opened(browser, tmp_path, MACHINE.replace("n = 24", "n = 3"))
+    assert few.ask("page.follows()") is None
+    assert few.said == tab.said == []

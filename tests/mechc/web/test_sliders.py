@@ -12,6 +12,7 @@ from browsers import Opened, needs_browser, running_browser
 import mechc
 from mechc.web.page import page
 from mechc.web.run_facts import facts_of
+from mechc.web.sizes import of_dimension
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 
@@ -75,7 +76,49 @@ def test_ranges_are_those_of_what_a_parameter_is() -> None:
         "J[2,2]": (0, 0.3),
     }
     for name, (low, high) in wanted.items():
-        assert ends[name] == pytest.approx((low, high), rel=1e-12), name
+        assert ends[name] == pytest.approx((low, high), rel=1e-5), name  # six digits
+
+
+SATELLITE = """
+model Damper parameter Stiffness k = 400 N/m; parameter Damping c = 0 N.s/m; parameter k3 = 0 N/m^3; parameter Length rest = 10 cm;
+  input Length s; potential 1/2*k*(s - rest)^2 + 1/4*k3*s^4; damping c on s; end Damper;
+model Bus parameter Mass m = 100 kg; parameter Inertia J = 25 kg.m^2; parameter Length com = 0 m;
+  input Length s; coordinate phi = 0 rad; initial der(phi) = 1e-3 rad/s; kinetic 1/2*m*der(s)^2 + 1/2*(J + m*com^2)*der(phi)^2; end Bus;
+model Satellite
+  parameter Length orbit = 7000 km; parameter Time day = 86400 s; parameter push = 0 N;
+  coordinate Length s = 0 m; initial der(s) = 2 m/s;
+  Bus bus(s = s); Damper spring(s = s);
+  force push*orbit/orbit*day/day on s;
+  experiment(stop = 10 s);
+end Satellite;
+"""
+
+
+def test_what_is_zero_is_as_large_as_its_part_makes_it() -> None:
+    """sqrt(J/m) of an unknown place, k/l^2 of a cubic stiffness; start values go as far as the motion does."""
+    facts = facts_of(mechc.loads(SATELLITE, keep={"scene"}), {}, None, {})
+    told: Any = facts.told(recorded=False)
+    most = {q["name"]: q["max"] for group in ("parameters", "starts") for q in told[group]}
+    assert most["bus.com"] == pytest.approx(0.5)  # not the radius of the orbit
+    assert most["spring.k3"] == pytest.approx(4e4)
+    lowest, highest = facts.found.extents.ends["s"]
+    assert most["s"] == pytest.approx(max(-lowest, highest), rel=0.05)  # two digits
+    assert most["bus.phi"] == pytest.approx(0.01, rel=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("unit", "known", "size"),
+    [
+        ("N.s/m", {"N/m": 100.0, "kg": 4.0}, 20.0),  # sqrt(k m)
+        ("N", {"kg": 2.0, "m/s^2": 10.0}, 20.0),
+        ("m", {"kg": 2.0, "N/m": 10.0}, None),
+        ("m^-1", {"m": 0.25}, 4.0),
+        ("m/s", {"m": 2.0, "s": 4.0, "m/s^2": 0.125}, 0.5),  # three sizes that agree
+        ("", {"m": 2.0}, None),
+    ],
+)
+def test_sizes_of_a_dimension(unit: str, known: dict[str, float], size: float | None) -> None:
+    assert of_dimension(unit, known) == (pytest.approx(size) if size else None)
 
 
 def test_parameters_that_reach_no_equation_have_no_slider() -> None:
@@ -282,3 +325,26 @@ def test_fingers_find_all_controls(browser: Any, tmp_path: Path) -> None:
     )
     assert small == []
     assert page_.ask("document.documentElement.scrollWidth") <= 390
+
+
+def test_names_are_spelt_as_in_formulas_and_explained(browser: Any, tmp_path: Path) -> None:
+    """Shown names alone: links and files have those of the text."""
+    text = 'parameter m = 1 kg "of the `bob`"; coordinate theta = 30 deg "from the vertical"; initial der(theta) = 0 rad/s; coordinate Length thetas = 1 m; kinetic 1/2*m*(1 m^2*der(theta)^2 + der(thetas)^2); potential -m*9.81 m/s^2*1 m*cos(theta); output omega_1 = der(theta); experiment(stop = 2 s);'
+    path = tmp_path / "page.html"
+    path.write_text(page(mechc.loads(text)))
+    tab = Opened(browser, path)
+    heads = tab.ask(
+        "[...document.querySelectorAll('fieldset label > span:first-child')].map(e => e.textContent)"
+    )
+    assert heads == ["m of the ‘bob’", "θ from the vertical", "thetas", "dθ/dt"]
+    assert tab.ask("[...document.getElementById('up').options].map(o => o.text)")[:4] == [
+        "θ",
+        "thetas",
+        "dθ/dt",
+        "der(thetas)",
+    ]
+    assert tab.ask("page.csv()").startswith("time [s],theta [rad],thetas [m],der(theta) [rad/s]")
+    tab.set("theta", 0.1)
+    assert tab.ask("location.hash").startswith("#theta=0.1")
+    assert not tab.ask("document.getElementById('arrows').checkVisibility()")  # tracks have no velocities
+    assert tab.said == []
