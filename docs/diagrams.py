@@ -19,7 +19,6 @@ from typing import Any
 
 import numpy as np
 from matplotlib import rc_context
-from matplotlib.figure import Figure
 from msgspec import Struct
 
 import mechc
@@ -29,7 +28,7 @@ from mechc.lang.parser import parse
 from mechc.lang.printing.printer import print_expression
 from mechc.lang.read import read_source
 from mechc.lang.units import NAMED_TYPES
-from mechc.presentation.painting import Painter
+from mechc.presentation.painting import Painter, blank_axes
 
 LIBRARY = Path(__file__).resolve().parent.parent / "stdlib"
 
@@ -219,9 +218,7 @@ def painted(model: mechc.Model, frames: Sequence[str]) -> str:
     solution = model.simulate(stop=1e-9, estimate_error=False)
     staged = solution.staged()
     assert staged is not None, "the model was loaded with its scene"
-    axes: Any = Figure(figsize=(3.2, 2.4)).add_axes(
-        (0.02, 0.02, 0.96, 0.96), projection=None if staged[0].size == 2 else "3d"
-    )
+    axes = blank_axes((3.2, 2.4), (0.02, 0.02, 0.96, 0.96), staged[0].size == 2)
     found = Painter(solution, now, axes)
     extent = float(np.linalg.norm(found.high - found.low))
     arm = ARM * extent if extent > SMALLEST else 1.0

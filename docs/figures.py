@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Iterator, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -467,6 +468,7 @@ def subject(r: Row) -> str:
     return next(by_test, next(by_words, FURTHER))
 
 
+@cache
 def description(example: str) -> str:
     """Return the doc string of the model that an example runs; of a bare file, its first comment."""
     source = read_source(EXAMPLES / f"{example}.mech")

@@ -216,6 +216,8 @@ class Graph(Arithmetic):
     def _lookup(self, table: int, order: int, x: Node) -> Node:
         if not 0 <= table < len(self.tables):
             raise IndexError(f"no table {table}")
+        if order >= ELEMENT and self.is_constant(x):
+            return self.constant(self.tables[table](float(self.value(x)), order))
         n = self._opaque(ops.LOOKUP, x, extra=(table, order))
         self._lookups[n] = (table, order)
         return n

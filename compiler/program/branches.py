@@ -140,22 +140,27 @@ class _Sides:
         known: dict[_Key, int] = {}
         none = -2
         side = [none] * len(body)
-        self.last = [0] * len(body)
+        last = self.last = [0] * len(body)
         for v in range(len(body) - 1, -1, -1):
             statement = body[v]
-            if (type(statement) is not Operate and type(statement) is not Lookup) or side[v] == none:
-                side[v] = -1
+            here = side[v]
+            if here == none or (type(statement) is not Operate and type(statement) is not Lookup):
+                here = side[v] = -1
             operands = operands_of(statement)
+            choice = type(statement) is Operate and statement.code == SELECT
             for k, a in enumerate(operands):
-                there = side[v]
-                if k and type(statement) is Operate and statement.code == SELECT:
+                there = here
+                if k and choice:
                     key = there, operands[0], k == 1
                     if key in known:
                         there = known[key]
                     elif key not in whole and (self.depth[there] if there >= 0 else 0) < DEEPEST:
                         known[key] = there = self._made(key)
-                side[a] = there if side[a] == none else self._common(side[a], there)
-                self.last[a] = max(self.last[a], v)
+                before = side[a]
+                if before == none:  # what reads it last is met first
+                    side[a], last[a] = there, v
+                elif before != there:
+                    side[a] = self._common(before, there)
         self.side = side
         self._drop_small()
 
@@ -178,7 +183,7 @@ class _Sides:
         """Give the values of sides that are not worth a branch to the sides around them."""
         inside = [0] * len(self.keys)
         for v, side in enumerate(self.side):
-            if type(self.body[v]) is Operate or type(self.body[v]) is Lookup:
+            if side >= 0 and type(self.body[v]) in (Operate, Lookup):
                 while side >= 0:
                     inside[side] += 1
                     side = self.keys[side][0]
@@ -187,7 +192,9 @@ class _Sides:
             self.outer[side] = outer if outer < 0 or inside[outer] >= LEAST else self.outer[outer]
         self.members: list[list[Value]] = [[] for _ in self.keys]
         for v, side in enumerate(self.side):
-            if side >= 0 and inside[side] < LEAST:
+            if side < 0:
+                continue
+            if inside[side] < LEAST:
                 side = self.side[v] = self.outer[side]
             while side >= 0:
                 self.members[side].append(v)

@@ -178,7 +178,7 @@ class _Writer:
             return
         written = dict(zip(nodes, express(graph, nodes, symbols), strict=True))
         longest, total, named = 0, 0, -1
-        for node in sorted(written, key=lambda n: -int(sp.count_ops(written[n]))):
+        for node in sorted(written, key=lambda n: -graph.count_operations([n])):
             self.plain[node] = _tidy(written[node], symbols, system)
             size = int(sp.count_ops(self.plain[node]))
             longest, total = max(longest, size), total + size
@@ -254,7 +254,14 @@ def _collected(expression: sp.Expr, accelerations: list[sp.Symbol]) -> sp.Expr:
         if not rest.free_symbols.isdisjoint(accelerations):  # not linear in them as it stands
             return sp.collect(expression, accelerations, sp.factor_terms)
         shares.setdefault(found[0] if found else sp.S.One, []).append(rest)
-    return sp.Add(*(sp.factor_terms(sp.Add(*terms)) * what for what, terms in shares.items()))
+    return sp.Add(*(_common_factors(terms) * what for what, terms in shares.items()))
+
+
+def _common_factors(terms: list[sp.Expr]) -> sp.Expr:
+    """Return a sum with common factors taken out, also of sums within its terms."""
+    if len(terms) == 1 and not terms[0].has(sp.Add):
+        return terms[0]
+    return sp.factor_terms(sp.Add(*terms))
 
 
 def decimals(expression: sp.Expr) -> sp.Expr:

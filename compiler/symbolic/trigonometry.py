@@ -27,7 +27,8 @@ _HALF = sp.Rational(1, 2)
 def shorten(expression: sp.Expr) -> sp.Expr:
     """Return an equal sum, with what cancels gone and angles brought together."""
     parts: dict[sp.Expr, list[tuple[sp.Rational, tuple[sp.Expr, ...]]]] = defaultdict(list)
-    for term in sp.Add.make_args(sp.expand(expression)):
+    logarithms = expression.has(sp.log)  # each hint walks through all, and that of logarithms several times
+    for term in sp.Add.make_args(sp.expand(expression, log=logarithms, basic=False)):
         factor, others, waves = _apart(term)
         parts[others].append((factor, waves))
     return sp.Add(*(others * _shortest(terms) for others, terms in parts.items()))
@@ -48,6 +49,8 @@ def _apart(term: sp.Expr) -> tuple[sp.Rational, sp.Expr, tuple[sp.Expr, ...]]:
 
 def _shortest(terms: Sequence[tuple[sp.Rational, tuple[sp.Expr, ...]]]) -> sp.Expr:
     plain = sp.Add(*(factor * sp.Mul(*waves) for factor, waves in terms))
+    if len(terms) == 1 and len(terms[0][1]) < 2:  # that is its own series
+        return plain
     series = _written(_sum(_product(factor, waves) for factor, waves in terms))
     return series if sp.count_ops(series) < sp.count_ops(plain) else plain
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import gc
 import re
+from functools import cache
 from pathlib import Path
 from typing import Any
 
 from mkdocs.plugins import CombinedEvent, event_priority
 from mkdocs.utils import get_relative_url
+from pymdownx import highlight
 
 ELSEWHERE = "https://unpkg.com/iframe-worker/shim"
 """Where the theme takes it from."""
@@ -22,8 +24,11 @@ COLOURS = re.compile(r"</?span\b[^>]*>")
 
 
 def on_startup(**_: object) -> None:
-    """Search for no cyclic garbage: the build ends soon, and the search is a tenth of it."""
+    """Search for no cyclic garbage: the build ends soon, and the search is a tenth of it. Search once for each lexer."""
     gc.disable()
+    highlight.get_lexer_by_name = cache(
+        highlight.get_lexer_by_name
+    )  # for each text again, among all languages
 
 
 def on_config(config: Any) -> Any:

@@ -29,6 +29,6 @@ def write_thumbnail(solution: mechc.Solution, path: Path) -> None:
         duration=MILLISECONDS,
         loop=0,
         quality=70,
-        method=1,
+        method=0,
         kmax=0,
     )  # only the first frame is whole: half the time, two thirds of the size

@@ -44,7 +44,8 @@ class Painter:
     """A figure on which the scene of a solution is painted at one of its ``times`` [n] after another.
 
     ``axes``: where to paint, if not on a figure of its own, which has ``inches`` and, unless it is ``bare``, scales; ``also``:
-    points [n, 3] for which there is to be room; ``small``: radius of what has no size of its own, over the whole picture.
+    points [n, 3] for which there is to be room; ``small``: radius of what has no size of its own, over the whole picture. The next
+    bare painter of this size takes the axes of this one.
     """
 
     def __init__(
@@ -107,13 +108,15 @@ class Painter:
         return self.between(self.fine)
 
     def _own_axes(self, inches: tuple[float, float]) -> Any:
-        from matplotlib.figure import Figure
-
-        self.figure = Figure(figsize=inches, dpi=100)
-        whole = (0.0, 0.0, 1.0, 1.0)
+        if self.bare:
+            axes = blank_axes(inches, (0.0, 0.0, 1.0, 1.0), self.flat)
+        else:
+            axes = _new_axes(
+                inches, (0.115, 0.1, 0.865, 0.84) if self.flat else (0.04, 0.04, 0.9, 0.94), self.flat
+            )
+        self.figure = axes.figure
         if not self.flat:
-            return self.figure.add_axes(whole if self.bare else (0.04, 0.04, 0.9, 0.94), projection="3d")
-        axes = self.figure.add_axes(whole if self.bare else (0.115, 0.1, 0.865, 0.84))
+            return axes
         wide, high = axes.get_window_extent().size
         spans = np.maximum(self.high - self.low, 1e-12 * self.size)[:2]
         room = np.maximum(spans, spans[::-1] * (wide / high, high / wide)) - spans  # what fills the figure
@@ -430,6 +433,25 @@ class Painter:
 
     def _text(self, place: Array, text: str, opacity: float) -> None:
         self.axes.text(*(place[:2] if self.flat else place[:3]), f" {text}", fontsize=9, alpha=opacity)
+
+
+def _new_axes(inches: tuple[float, float], place: tuple[float, float, float, float], flat: bool) -> Any:
+    """Return axes at a place of a figure of their own."""
+    from matplotlib.figure import Figure
+
+    return Figure(figsize=inches, dpi=100).add_axes(place, projection=None if flat else "3d")
+
+
+_kept_axes = cache(_new_axes)
+
+
+def blank_axes(inches: tuple[float, float], place: tuple[float, float, float, float], flat: bool) -> Any:
+    """Return axes for a picture without scales, those of the one before: new ones take longer than some pictures."""
+    axes = _kept_axes(inches, place, flat)
+    for artist in (*axes.artists, *axes.lines, *axes.texts):
+        artist.remove()
+    axes.set_position(place)
+    return axes
 
 
 def _box_of(shape: ShapeEntry, values: Array) -> Array:

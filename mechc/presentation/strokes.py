@@ -173,7 +173,7 @@ class Strokes(Artist):
 
     def _draw_pieces(self, renderer: Any, gc: Any) -> None:
         """Draw lines and faces from back to front; all lines last where the axes sort nothing."""
-        matrix, transform = self.stage.get_proj(), self.stage.transData
+        matrix, transform = self.stage.M, self.stage.transData  # as it was when the axes were drawn
         depths, corners, inks = self._seen_faces(matrix)
         lines: list[tuple[float, Array, SpaceLine]] = []
         for piece in self.pieces:

@@ -175,14 +175,12 @@ def _jumps(
     graph, time = system.graph, system.symbols.time
     levels = _levels(system, formula, inside)
     still = {n: x for n, x in defaults.items() if n != time}
-    values, pieces = (Tape(graph, asked, defaults).settled(still) for asked in ([formula], levels))
+    values, piece = (
+        Tape(graph, asked, defaults).settled(still).function(time, asked) for asked in ([formula], levels)
+    )
 
     def value(t: float) -> float:
-        return float(values({time: t})[formula])
-
-    def piece(t: float) -> list[float]:
-        found = pieces({time: t})
-        return [found[n] for n in levels]
+        return float(values(t)[0])
 
     runs = [[(t, piece(t)) for t in (end * k / STEPS for k in range(STEPS + 1))] for end in HORIZONS]
     switches = []

@@ -82,3 +82,17 @@ def test_what_is_settled_is_computed_once() -> None:
     assert [left[n] for n in (*outputs, y, g.sin(x))] == [whole[n] for n in (*outputs, y, g.sin(x))]
     assert len(left) < len(whole)
     assert tape({x: 0.3, y: 0.6}) == whole
+
+
+def test_a_function_of_one_node_gives_what_the_tape_gives() -> None:
+    g = Graph()
+    x, y = g.symbol("x"), g.symbol("y")
+    jump = g.select(g.less(x, y), g.sin(g.mul(x, y)), g.floor(g.add(x, y)))
+    tape = Tape(g, [jump, x, g.sqrt(y)], [x, y]).settled({y: 0.7})
+    values = tape.function(x, [jump, x, g.sqrt(y)])
+    for at in (0.3, 5.4):
+        assert values(at) == (
+            math.sin(at * 0.7) if at < 0.7 else math.floor(at + 0.7),
+            at,
+            math.sqrt(0.7),
+        )

@@ -1,12 +1,13 @@
 """Cubic tables, and samples."""
 
 import math
+from fractions import Fraction
 
 import numpy as np
 import pytest
 from scipy.interpolate import PchipInterpolator
 
-from mechc.compiler.graph import Samples, Table, monotone_table
+from mechc.compiler.graph import Graph, Samples, Table, monotone_table
 from mechc.compiler.graph.table import CELL, ELEMENT
 
 POINTS = (0.0, 0.5, 2.0, 2.25, 4.0)
@@ -70,3 +71,14 @@ def test_samples_are_read_by_index_and_searched() -> None:
     at = (-9.0, -1.0, -0.5, 0.0, 1.9, 2.0, 4.0, 5.0, 9.0, math.nan)
     assert [samples(x, CELL) for x in at] == [0, 0, 0, 1, 1, 2, 2, 2, 2, 0]
     assert [Samples((0.0, 1.0))(x, CELL) for x in (-1.0, 0.5, 3.0)] == [0, 0, 0]
+
+
+def test_numbers_at_known_places_are_known() -> None:
+    """So the drawn surface of a terrain is a list of numbers, not formulas of each of its points."""
+    g = Graph()
+    table = g.add_table(Samples((0.25, 1.5, 4.0)))
+    index = g.cell(table, g.constant(2))
+    assert g.value(index) == 1
+    assert g.value(g.element(table, index)) == Fraction(3, 2)
+    assert g.value(g.element(table, g.constant(7))) == 4
+    assert not g.is_constant(g.element(table, g.symbol("i")))

@@ -180,3 +180,18 @@ def test_dials_of_a_model_in_space_stand_in_the_plane_of_the_picture(tmp_path: P
     snapshot(found, tmp_path / "dials.png", [0.1, 0.9])
     with Image.open(tmp_path / "dials.png") as picture:
         assert np.asarray(picture.convert("L")).min() < 100
+
+
+def test_bare_pictures_do_not_see_the_one_before() -> None:
+    """They share their axes: nothing of another model, with a name and a dial, stays on them."""
+    found = solution()
+    other = solution(
+        "model Dial coordinate Angle q ~ 1; kinetic 1/2*(1 kg.m^2)*der(q)^2; experiment(stop = 1 s); end Dial;"
+    )
+
+    def pictures(of: mechc.Solution) -> list[bytes]:
+        painter = Painter(of, np.array([0.0, 1.0]), inches=(2.4, 1.8), bare=True)
+        return [frame.tobytes() for frame in frames_of(painter)]
+
+    alone = pictures(found)
+    assert pictures(other) != alone == pictures(found)
