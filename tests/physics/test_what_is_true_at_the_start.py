@@ -73,4 +73,7 @@ STEP = (
 
 def test_what_turns_true_right_after_the_start_acts_beside_a_step_of_a_potential() -> None:
     found = mechc.loads(STEP).simulate(estimate_error=False)
-    assert [(e.time, e.name) for e in found.events] == [(0, "time > 0 s"), (pytest.approx(1 / 18), "potential")]
+    assert [(e.time, e.name) for e in found.events] == [
+        (0, "time > 0 s"),
+        (pytest.approx(1 / 18), "potential"),
+    ]
