@@ -13,7 +13,7 @@ from .texts import Body, retold
 from .twin import NotApplicable, Seen, Twin
 
 
-def heirs_written_out(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+def inheritance_expanded(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     """Put the statements of each base of the same file instead of `extends`, with what the heir says of them."""
     done = 0
 
@@ -31,7 +31,7 @@ def heirs_written_out(model: FlatModel, seen: Seen | None, random: Random) -> Tw
     made = retold(model, change)
     if not done:
         raise NotApplicable("it extends no model of its own file")
-    return Twin("heirs written out", f"{done} 'extends' written out", made)
+    return Twin("inheritance expanded", f"{done} 'extends' written out", made)
 
 
 def _joined(base: Body, heir: ast.Extends, own: Body) -> Body:

@@ -20,7 +20,7 @@ CLOSED = 1e-6
 """Share of the largest size up to which a gap counts as closed at the start."""
 
 
-def start_shaken(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
+def start_perturbed(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     """Move the start of all that moves by shares of its sizes, some up, some down; hold, or open, what is closed."""
     if seen is None:
         raise NotApplicable("the sizes of what moves are not known")
@@ -46,7 +46,7 @@ def start_shaken(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
         initials=tuple(_opened(c, length) for c in closed),
     )
     says = "the start moved by tiny amounts" + (f", {len(closed)} closed contacts opened" if closed else "")
-    return Twin("start shaken", says, made, start=seen.first, shakes=shakes)
+    return Twin("start perturbed", says, made, start=seen.first, shakes=shakes)
 
 
 def _opened(contact: Contact, length: float) -> InitialCondition:

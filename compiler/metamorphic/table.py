@@ -9,13 +9,13 @@ from .clocks import actions_reordered, clocks_counted, steps_ended, times_as_a_s
 from .closing import joint_as_closure
 from .coordinates import other_coordinates
 from .energies import bodies_as_energies, energies_as_forces
-from .flattened_inheritance import heirs_written_out
+from .flattened_inheritance import inheritance_expanded
 from .functions import functions_otherwise
 from .kinks import kinks_by_choice
 from .nominal import nominal_sizes
 from .order import in_another_order
 from .parts import integrals_in_parts
-from .perturbed_start import start_shaken
+from .perturbed_start import start_perturbed
 from .powers import powers_written_out
 from .reversal import time_reversed
 from .sizes import other_units
@@ -40,7 +40,7 @@ TWINS: Mapping[str, Make] = {
     "steps ended": steps_ended,
     "actions reordered": actions_reordered,
     "starts elsewhere": starts_elsewhere,
-    "heirs written out": heirs_written_out,
+    "inheritance expanded": inheritance_expanded,
     "nominal sizes": nominal_sizes,
     "written out": written_out,
     "turned world": turned_world,
@@ -48,5 +48,5 @@ TWINS: Mapping[str, Make] = {
     "joint as closure": joint_as_closure,
     "other coordinates": other_coordinates,
     "time reversed": time_reversed,
-    "start shaken": start_shaken,
+    "start perturbed": start_perturbed,
 }

@@ -365,7 +365,7 @@ def _remarks(problem: Problem, case: Case, main: Trajectory) -> tuple[str, ...]:
         often = "once" if s.laid == 1 else f"{s.laid} times"
         took = "" if s.laid_energy is None else f", which took {s.laid_energy:.3g} J"
         remarks.append(
-            f"{often} a contact that would have fallen back slower than its 'rest' was laid down{took}"
+            f"{often} a contact that would have fallen back slower than its 'rest' was brought to rest{took}"
         )
     if s.contact is not None:
         c = s.contact

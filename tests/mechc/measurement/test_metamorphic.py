@@ -167,7 +167,7 @@ MADE = {
     "steps ended": "plane space losing told",
     "actions reordered": "told",
     "starts elsewhere": "plane space told",
-    "heirs written out": "told",
+    "inheritance expanded": "told",
     "nominal sizes": "told",
     "written out": "plane space",
     "turned world": "plane space",
@@ -175,7 +175,7 @@ MADE = {
     "joint as closure": "plane space",
     "other coordinates": "plane space losing told",
     "time reversed": "plane space",
-    "start shaken": "plane space losing told",
+    "start perturbed": "plane space losing told",
 }
 
 
@@ -219,7 +219,7 @@ def test_what_the_text_says_otherwise_is_told(name: str) -> None:
 
 FAULTS: dict[str, tuple[str, Callable[[pytest.MonkeyPatch], None], str]] = {
     "the gravity of a base goes before that of its heir": (
-        "heirs written out",
+        "inheritance expanded",
         lambda patch: patch.setattr(elaborate, "gravities", _first_gravity),
         "model Base gravity {0, -1} m/s^2; end Base; model Heir extends Base; gravity {0, -9} m/s^2;"
         "coordinate Length y = 0 m; mass 1 kg at world * {0 m, y}; experiment(stop = 1 s); end Heir;",
@@ -599,7 +599,7 @@ experiment(stop = 2 s, tolerance = 1e-9);
 """A node ``a`` that is a state without inertia, and nodes ``b`` and ``d`` that balances give, far from their guesses."""
 
 
-@pytest.mark.parametrize("name", slow_but(["start shaken"], ["other coordinates", "start shaken"]))
+@pytest.mark.parametrize("name", slow_but(["start perturbed"], ["other coordinates", "start perturbed"]))
 def test_nodes_without_mass_begin_where_they_are(name: str, tmp_path: Path) -> None:
     """Such twins looked for rates, or for places, that such coordinates have none of."""
     file = tmp_path / "nodes.mech"

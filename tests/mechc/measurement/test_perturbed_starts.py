@@ -64,7 +64,7 @@ CASES = {
 def shaken(text: str, folder: Path) -> StressRow:
     file = folder / "model.mech"
     file.write_text(text, encoding="utf-8")
-    return worker(Subject(str(file), None, {}, None, 5))(Extreme("twin", "start shaken"))
+    return worker(Subject(str(file), None, {}, None, 5))(Extreme("twin", "start perturbed"))
 
 
 @pytest.mark.parametrize("name", CASES)

@@ -359,7 +359,7 @@ class Judge:
             moves = self.case.moves(values, str(extreme.options.get("method", "")), target)
             return Judged(row, True, f"it moves: {row.reason}" if moves else "")
         if extreme.group == TWIN:
-            return self._shaken(row) if extreme.text == "start shaken" else self._twin(row, extreme.text)
+            return self._shaken(row) if extreme.text == "start perturbed" else self._twin(row, extreme.text)
         if row.kind in ("long", "none", "open"):
             return Judged(row, False)
         return self._target(extreme, row) if extreme.group == TARGET else self._run(extreme, row)
@@ -480,7 +480,7 @@ class Judge:
         estimate = self.base.solution.accuracy.error
         assert estimate is not None
         start = {n: float(self.base.solution[n][0]) for n in self.case.guessed}
-        values = self.values(Extreme(TWIN, "start shaken"), start)
+        values = self.values(Extreme(TWIN, "start perturbed"), start)
         times = np.linspace(0, values["stop"], POINTS)[1:]
         still = self.truth(values, times)
         apart = []
