@@ -82,7 +82,7 @@ def read(path: Path) -> FrictionProblem:
 
 
 def _read_fclib(path: Path) -> FrictionProblem:
-    import h5py  # type: ignore[import-not-found]
+    import h5py
 
     with h5py.File(path) as file:
         local = file["fclib_local"]

@@ -201,7 +201,12 @@ def solve_system(
     lost = {symbol for symbol, lam in found_apart.items() if lam in absent}
     replies = replace_fields(replies, dropped=frozenset({*absent, *lost}))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
-    reported = dict(zip(reported, with_shares(list(reported.values())), strict=True))
+    by_limits = _asked_by_limits(
+        system, switched
+    )  # shares are found from limits, which cannot follow them in turn
+    of_limits, of_others = sorted(by_limits & reported.keys()), sorted(reported.keys() - by_limits)
+    reported |= zip(of_limits, told(system, shared, switched, [reported[n] for n in of_limits]), strict=True)
+    reported |= zip(of_others, with_shares([reported[n] for n in of_others]), strict=True)
     replace |= zip(reported, substitute(graph, list(reported.values()), replace), strict=True)
     try:
         projected = projection(system, r, free, rows, supports) if rows else None
@@ -449,6 +454,13 @@ def _asked_by_rates(
     symbols = [s for s in asked if s in answered and s not in known]
     formulas = substitute(system.graph, shared([answered[s] for s in symbols]), known)
     return dict(zip(symbols, formulas, strict=True))
+
+
+def _asked_by_limits(system: MechanicalSystem, switched: Sequence[Row]) -> set[Node]:
+    """Return the questions about forces that limits of frictions ask."""
+    modes = [row.constraint.mode for row in switched if row.constraint.mode is not None]
+    limits = [(m.kinetic, m.static, m.backward, m.static_backward) for m in modes]
+    return set(system.lowering.questions.forces_in([n for each in limits for n in each if n is not None]))
 
 
 def _told(
