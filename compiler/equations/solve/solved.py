@@ -188,7 +188,7 @@ def solve_system(
     shared = shares_of(system, rows, switched, free, {**driven, **still})
     if follows(system, shared, forces.symbols, answered):
         shared = {}
-    with_shares = partial(_told, system, shared, switched, r, free, rows)
+    with_shares = partial(_with_shares, system, shared, switched, r, free, rows)
     replace |= _asked_by_rates(system, answered, replace, with_shares)
     replace |= zip(state_rates, substitute(graph, list(state_rates.values()), replace), strict=True)
     power = _outer_power(system, solved_rows, raw, driven, {**state_rates, **still})
@@ -201,9 +201,7 @@ def solve_system(
     lost = {symbol for symbol, lam in found_apart.items() if lam in absent}
     replies = replace_fields(replies, dropped=frozenset({*absent, *lost}))
     reported = {n: f for n, f in answers(system, energy, replies, reporter).items() if n not in replace}
-    by_limits = _asked_by_limits(
-        system, switched
-    )  # shares are found from limits, which cannot follow them in turn
+    by_limits = _asked_by_limits(system, switched)  # from limits shares are found: they follow none
     of_limits, of_others = sorted(by_limits & reported.keys()), sorted(reported.keys() - by_limits)
     reported |= zip(of_limits, told(system, shared, switched, [reported[n] for n in of_limits]), strict=True)
     reported |= zip(of_others, with_shares([reported[n] for n in of_others]), strict=True)
@@ -463,7 +461,7 @@ def _asked_by_limits(system: MechanicalSystem, switched: Sequence[Row]) -> set[N
     return set(system.lowering.questions.forces_in([n for each in limits for n in each if n is not None]))
 
 
-def _told(
+def _with_shares(
     system: MechanicalSystem,
     shared: Mapping[Node, Share],
     switched: Sequence[Row],
