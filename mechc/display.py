@@ -25,7 +25,8 @@ class Display(Struct, frozen=True):
         if wanted:
             return wanted
         numerator, slash, rest = si.partition("/")
-        if slash and "." not in numerator and (wanted := self.chosen.get(_kind(numerator))):
+        single = slash and not any(sign in numerator for sign in ".(")  # not at the stroke of m^(3/2)
+        if single and (wanted := self.chosen.get(_kind(numerator))):
             return f"{wanted}/{rest}"  # with deg chosen, rad/s is shown as deg/s
         return declared or si
 

@@ -287,3 +287,16 @@ def test_counts_are_grouped() -> None:
 
 def test_zero_has_no_sign() -> None:
     assert [number(x) for x in (-0.0, 0.0, -1.25e-9)] == ["0", "0", "-1.25e-09"]
+
+
+@pytest.mark.parametrize("display", ["", "mm,deg"])
+def test_units_with_powers_that_are_not_whole_are_in_the_report(display: str) -> None:
+    """The stroke of m^(3/2) divides no units: whoever asked for such an output got a crash of the report."""
+    text = """coordinate Length x = 4 m; initial der(x) = 2 m/s; kinetic 1/2*1 kg*der(x)^2;
+    output a = x^1.5; output b = sqrt(der(x)); output A = integral(x^1.5);"""
+    solution = mechc.loads(text).simulate(stop=1)
+    assert isinstance(solution, mechc.Solution)
+    solution.display = choose(display)
+    rows = {row.split()[0]: row.split() for row in report(solution).splitlines() if len(row.split()) > 2}
+    assert [rows[name][2] for name in ("a", "b", "A")] == ["m^(3/2)", "m^(1/2)/s^(1/2)", "m^(3/2).s"]
+    assert rows["a"][1] == "14.69694", "6^1.5"
