@@ -147,10 +147,14 @@ class CompiledModel:
                 model._given_in_si = numbers
                 return model
         values = {tidy(name): value for name, value in values.items()}
-        known = self.structural_parameters
-        structural = {name: exact_value(name, value) for name, value in values.items() if name in known}
-        settings = {name: value for name, value in values.items() if name not in known}
-        changed = type(self)(self._variant(structural), self._settings)
+        changed, settings = self, values
+        while structural := {
+            n: exact_value(n, value)
+            for n, value in settings.items()
+            if elements_of(n, changed.structural_parameters)
+        }:  # the components that a new size adds have such parameters, too
+            settings = {name: value for name, value in settings.items() if name not in structural}
+            changed = type(self)(changed._variant(structural), self._settings)
         new = changed._in_si(settings)  # a mistake is told here, not when the run begins
         units = changed.settable_units() if self._settings else {}
         kept = {n: v for n, v in self._settings.items() if not new.keys() >= set(elements_of(n, units))}
@@ -166,7 +170,7 @@ class CompiledModel:
             return self.compilation
         if self.compilation.derived:
             raise UsageMistake("a model that was made of another has its structural parameters from there")
-        return variant(self.compilation, structural=tuple(sorted({**stated, **structural}.items())))
+        return variant(self.compilation, structural=tuple(sorted(_over(stated, structural).items())))
 
     def for_experiment(self, name: str | None) -> Self:
         """Return this model with the structural parameters that an experiment sets.
@@ -177,8 +181,12 @@ class CompiledModel:
         if chosen is None or not chosen.structural:
             return self
         own = dict(self.compilation.request.structural)
-        found = type(self)(self._variant({**chosen.structural, **own}), self._settings)
-        fitting = found.experiment(name)
+        found, stated = self, dict[str, Exact]()
+        fitting: ExperimentOutline | None = chosen
+        while fitting is not None and not stated.keys() >= fitting.structural.keys():
+            stated = {**fitting.structural, **stated}  # more of them where it has more components
+            found = type(self)(self._variant(_over(stated, own)), self._settings)
+            fitting = found.experiment(name)
         if fitting is not None and fitting.unfit:
             sizes = ", ".join(f"{n} = {own[n]}" for n in chosen.structural if n in own)
             raise UsageMistake(
@@ -373,6 +381,11 @@ def set_singly(compilation: Compilation) -> frozenset[str]:
 def _angles(compilation: Compilation) -> str:
     text = re.sub(r"//[^\n]*", "", compilation.source.text)
     return "deg" if re.search(r"\d\s*deg\b", text) and not re.search(r"\d\s*rad\b(?!/)", text) else ""
+
+
+def _over(values: Structural, later: Structural) -> dict[str, Exact]:
+    """Return structural values with later ones, of which ``arm.n`` goes before what was said of ``arm[2].n``."""
+    return {n: v for n, v in values.items() if not any(elements_of(one, (n,)) for one in later)} | {**later}
 
 
 def exact_value(name: str, value: Given) -> Exact:

@@ -92,3 +92,47 @@ def test_options_of_another_target(options: tuple[str, ...], said: str, tmp_path
     done = CliRunner().invoke(command_line, ["compile", str(file), *options])
     assert done.exit_code == 2
     assert said in done.output
+
+
+ROWS = """
+model Block
+  structural parameter Integer k = 2;
+  coordinate Length x[k] = {1 m for i in 1:k};
+  kinetic sum(1/2*1 kg*der(x[i])^2 for i in 1:k);
+end Block;
+model Row
+  Block block[2];
+end Row;
+model Rows
+  structural parameter Integer n = 2;
+  Row row[n];
+  experiment(stop = 1 s);
+  experiment all(row.block.k = 3, stop = 1 s);
+  experiment more(n = 3, row.block.k = 1, row[3].block.k = 4, stop = 1 s);
+  experiment some(row[2].block.k in {1, 3}, stop = 1 s);
+end Rows;
+"""
+
+
+def _sizes(model: mechc.Model, experiment: str | None = None, set: dict[str, int] | None = None) -> list[int]:
+    """How many coordinates each block has."""
+    solution = model.simulate(experiment=experiment, set={**(set or {})})
+    names = [entry.name for entry in solution.quantities.values() if entry.kind == "coordinate"]
+    blocks = [f"row[{i}].block[{j}]" for i in (1, 2, 3) for j in (1, 2)]
+    return [sum(name.startswith(f"{block}.") for name in names) for block in blocks]
+
+
+def test_a_name_without_an_index_stands_for_the_structural_parameters_of_all_components() -> None:
+    model = mechc.loads(ROWS)
+    assert _sizes(model, experiment="all") == [3, 3, 3, 3, 0, 0]
+    assert _sizes(model, experiment="more") == [1, 1, 1, 1, 4, 4], "also of components that only it has"
+    assert [_sizes(model, experiment="all", set={"row.block[1].k": 1})] == [[1, 3, 1, 3, 0, 0]]
+    assert _sizes(model, set={"row.block.k": 3}) == [3, 3, 3, 3, 0, 0]
+    assert _sizes(model, set={"row.block.k": 3, "row[1].block[2].k": 1}) == [3, 1, 3, 3, 0, 0]
+    assert _sizes(model, set={"n": 3, "row[3].block.k": 4}) == [2, 2, 2, 2, 4, 4]
+    assert _sizes(model.with_values({"row[1].block[2].k": 1}), set={"row.block.k": 3}) == [3, 3, 3, 3, 0, 0]
+    assert _sizes(model.with_values({"row.block.k": 1}), experiment="more") == [1, 1, 1, 1, 1, 1], (
+        "values from outside win over those of an experiment"
+    )
+    points = model.sweep(experiment="some")
+    assert [[*point.values()] for point in points.points] == [[1], [3]]

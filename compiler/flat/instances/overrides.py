@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from fractions import Fraction
+from itertools import zip_longest
 
 from mechc.lang.diagnostics import Reporter
 from mechc.suggest import closest
@@ -24,10 +25,11 @@ def exact(values: Mapping[str, Given]) -> dict[str, Constant]:
 
 def overridden(member: VariableMember) -> Expression | None:
     """Return the value given from outside for a structural parameter, if there is one."""
-    flattening = member.scope.flattening
-    value = flattening.overrides.get(member.name)
-    if value is None:
+    overrides = member.scope.flattening.overrides
+    naming = [name for name in overrides if stands_for(name, member.name)]
+    if not naming:
         return None
+    value = overrides[max(naming, key=lambda name: name.count("["))]  # an index goes before all components
     assert member.type is not None
     problem = mismatch(value, member.type)
     if problem:
@@ -38,6 +40,14 @@ def overridden(member: VariableMember) -> Expression | None:
             caption="declared here",
         )
     return Literal(type=member.type, span=member.declaration.name_span, value=value)
+
+
+def stands_for(name: str, member: str) -> bool:
+    """Whether a name without some of the indices, as ``arm.n``, stands for ``arm[2].n``, too."""
+    if name == member or "[" not in member:
+        return name == member
+    pairs = zip_longest(name.split("."), member.split("."), fillvalue="")
+    return all(part in (full, full.partition("[")[0]) for part, full in pairs)
 
 
 def mismatch(value: Constant, type: Type) -> str:

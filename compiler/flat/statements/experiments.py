@@ -20,6 +20,7 @@ from ..expressions.references import component_index, existing
 from ..instances.declared_types import fit, fits
 from ..instances.instantiate import member_of
 from ..instances.members import type_of
+from ..instances.overrides import stands_for
 from ..model import Expression, Kind, Role
 from ..names.instance import ROLE_WORDS, ComponentMember, Instance, VariableMember
 from ..names.scope import Constant, Poisoned, Scope
@@ -87,12 +88,13 @@ def experiments(instance: Instance) -> tuple[model.Experiment, ...]:
 
 def _of_another_size(instance: Instance, parts: _Parts) -> bool:
     """Whether an experiment runs with other structural values than those at hand: it is checked again with its own."""
-    found = [(instance.flattening.variables.get(name), value) for name, value in parts.structural.items()]
     return any(
         isinstance(member, VariableMember)
         and isinstance(member.constant, model.Literal)
         and member.constant.value != value
-        for member, value in found
+        for given, value in parts.structural.items()
+        for name, member in instance.flattening.variables.items()
+        if stands_for(given, name)
     )
 
 
@@ -125,9 +127,9 @@ def _setting(scope: Scope, node: ast.Modification, parts: _Parts) -> None:
         return
     if member_of(scope.instance, name) is None:
         raise _unknown(scope, name, reference.span)
-    member = _structural_member(scope, reference)
-    if member is not None:
-        _structural(scope, member, node, parts)
+    structural = _structural_member(scope, reference)
+    if structural is not None:
+        _structural(scope, *structural, node, parts)
         return
     left = scope.elaborate(node.target)
     if node.kind == "in":
@@ -260,28 +262,37 @@ def _in_seconds(node: ast.Expression, unitless: bool) -> str:
 # ---------------------------------------------------------------- values of the model
 
 
-def _structural_member(scope: Scope, reference: ast.Reference) -> VariableMember | None:
-    """Return the structural parameter that a setting names, if it names one."""
+def _structural_member(scope: Scope, reference: ast.Reference) -> tuple[VariableMember, str] | None:
+    """Return the structural parameter that a setting names, if it names one, and the name, without the indices that
+    the setting leaves out: it then stands for that of all components, however many the experiment has."""
     instance = scope.instance
     for part in reference.parts[:-1]:
         member = None if instance is None else member_of(instance, part.name)
-        if not isinstance(member, ComponentMember) or (member.extents and not part.indices):
+        if not isinstance(member, ComponentMember):
             return None
-        instance = existing(scope, member, part.span)[component_index(scope, member, part)]
+        instances = existing(scope, member, part.span)
+        every = member.extents and not part.indices
+        first = next(iter(instances.values()), None)
+        instance = first if every else instances[component_index(scope, member, part)]
     last = reference.parts[-1]
     member = None if instance is None else member_of(instance, last.name)
-    return member if isinstance(member, VariableMember) and member.structural else None
+    if not isinstance(member, VariableMember) or not member.structural:
+        return None
+    pairs = zip(member.name.split("."), reference.parts, strict=True)
+    return member, ".".join(name if part.indices else name.partition("[")[0] for name, part in pairs)
 
 
-def _structural(scope: Scope, member: VariableMember, node: ast.Modification, parts: _Parts) -> None:
+def _structural(
+    scope: Scope, member: VariableMember, name: str, node: ast.Modification, parts: _Parts
+) -> None:
     if node.kind == "in":
         values = values_of(scope, node.value)
         for value in values:
             _check_structural(scope, member, node, value)
-        parts.sweeps.append(model.Sweep(member.name, tuple(values), True, scope.origin(node.span)))
+        parts.sweeps.append(model.Sweep(name, tuple(values), True, scope.origin(node.span)))
         return
     value = scope.elaborate(node.value)
-    parts.structural[member.name] = _check_structural(scope, member, node, value)
+    parts.structural[name] = _check_structural(scope, member, node, value)
 
 
 def _check_structural(
