@@ -394,3 +394,51 @@ def test_shapes_touch_as_their_parts(part: str) -> None:
     for name in by_part.columns():
         if name.startswith(("free", "der(free")):
             assert by_shapes[name][-1] == pytest.approx(by_part[name][-1], abs=1e-12)
+
+
+SLIDING = """import mech.planar.*; import mech.shapes.*;
+model Sliding
+  gravity {0, -10} m/s^2;
+  Box box[2](size = {0.4, 0.2} m, m = 2 kg);
+  Free free[i in 1:2](world -> box[i].a, x = 1 m*i, y = 0.1 m, der(x) = 1 m/s*i);
+  shape Box(size = {0.4, 0.2} m) on box;
+  shape floor: Plane on world;
+  contact c: box with floor friction 0.2;
+  output all = power(c.friction);
+  output second = power(c[2].friction);
+  output Real sticks = if closed(c.friction) then 1 else 0;
+  output Real second_sticks = if closed(c[2].friction) then 1 else 0;
+  output lost = integral(power(c.friction));
+  experiment(stop = 1.5 s, every = 50 ms);
+end Sliding;
+"""
+
+
+def test_the_friction_of_all_points_of_a_contact_is_asked_about_together() -> None:
+    """Two boxes of 2 kg come to rest from 1 and 2 m/s by 2 m/s^2: the power is -4 N v of each."""
+    solution = mechc.loads(SLIDING).simulate()
+    t = solution.time
+    first, second = np.maximum(1 - 2 * t, 0), np.maximum(2 - 2 * t, 0)
+    assert solution["all"] == pytest.approx(-4 * (first + second), abs=1e-7)
+    assert solution["second"] == pytest.approx(-4 * second, abs=1e-7)
+    assert solution["lost"][-1] == pytest.approx(-1 - 4, abs=1e-7)
+    apart = (np.abs(t - 0.5) > 1e-6) & (np.abs(t - 1) > 1e-6)
+    assert solution["sticks"][apart].tolist() == (t > 0.5)[apart].tolist(), "one of them"
+    assert solution["second_sticks"][apart].tolist() == (t > 1)[apart].tolist()
+
+
+@pytest.mark.parametrize(
+    ("statement", "said"),
+    [
+        ("output q = multiplier(c.friction);", "ask for 'c.force'"),
+        ("output q = multiplier(c[2].friction);", "ask for 'c[2].force'"),
+        ("output q = power(smooth.friction);", "the contact 'smooth' has no friction"),
+    ],
+)
+def test_what_has_no_friction_of_its_own_is_told(statement: str, said: str) -> None:
+    smooth = """Disk d(r = 1 cm); Free f(world -> d.a, y = 1 m); shape Sphere(r = 1 cm) on d;
+  contact smooth: d with floor;"""
+    text = SLIDING.replace("experiment", f"{smooth} {statement} experiment")
+    with pytest.raises(mechc.CompileError) as raised:
+        mechc.loads(text)
+    assert said in str(raised.value)

@@ -16,7 +16,7 @@ from ..names.instance import Instance, LabelMember
 from ..names.scope import Interval, Poisoned, Scope
 from .coordinates import Target, constraint_dimension, has_rates, on_the_curve, target_of, whole_rotation
 from .kinematics import in_frame, position_argument
-from .references import CONSTRAINING, contacts_of, find_instance, find_label, question_of
+from .references import CONSTRAINING, contacts_of, find_instance, find_label, friction_of, question_of
 from .signature import ElaboratedCall
 
 
@@ -79,10 +79,41 @@ def _per(call: ElaboratedCall, dimension: Dimension, per: Dimension) -> Dimensio
     return types.NUMBER.dimension if call.scope.flattening.dimensionless else dimension / per
 
 
+def _frictions(call: ElaboratedCall) -> list[LabelMember]:
+    """Return the frictions of all points of a contact of shapes, if it is ``c.friction`` of one that is asked about."""
+    node = _argument(call)
+    if node is None or len(node.parts) == 1 or node.parts[-1].name != "friction" or node.parts[-1].indices:
+        return []
+    parts = node.parts[:-1]
+    contact = ast.Reference(parts=parts, span=parts[0].span.to(parts[-1].span))
+    label = find_label(call.scope, contact)
+    if label is None or not isinstance(label.statement, ast.ContactOfShapes):
+        return []
+    if label.statement.friction is None:
+        raise call.scope.fail(
+            "E0212",
+            f"the contact '{label.name}' has no friction",
+            node.span,
+            labels=(Label(label.statement.span, "stated here"),),
+            help="write 'contact .. with .. friction mu'",
+        )
+    rows = contacts_of(label)
+    if call.name == "multiplier":
+        raise call.scope.fail(
+            "E0212",
+            f"the frictions of '{label.name}' have no sum along a slip: each of its points has its own directions",
+            node.span,
+            help=f"ask for '{contact.span.text}.force', their forces and pressures in the world, "
+            f"or of one point for 'multiplier({rows[0].name}.friction)'",
+        )
+    return [friction_of(call.scope, row, node.span) for row in rows]
+
+
 def _multiplier(call: ElaboratedCall) -> Expression:
+    _frictions(call)
     label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
     if isinstance(label.statement, ast.ContactOfShapes):
-        return _of_rows(call, label, "add", lambda row: _multiplier_of(call, row))
+        return _of_rows(call, contacts_of(label), "add", lambda row: _multiplier_of(call, row))
     return _multiplier_of(call, label)
 
 
@@ -109,6 +140,8 @@ def _curve_multiplier(call: ElaboratedCall, interval: Interval, label: LabelMemb
 
 
 def _closed(call: ElaboratedCall) -> Expression:
+    if frictions := _frictions(call):
+        return _of_rows(call, frictions, "or", lambda row: _query(call, types.BOOLEAN, row.name))
     label = _label(call, CONSTRAINING, "a named constraint, contact or friction")
     statement = label.statement
     options: tuple[ast.Option, ...] = ()
@@ -123,15 +156,15 @@ def _closed(call: ElaboratedCall) -> Expression:
             help=f"its output 'creep({label.name.removesuffix('.friction')})' is the speed where it ought to stick",
         )
     if isinstance(statement, ast.ContactOfShapes):
-        return _of_rows(call, label, "or", lambda row: _query(call, types.BOOLEAN, row.name))
+        return _of_rows(call, contacts_of(label), "or", lambda row: _query(call, types.BOOLEAN, row.name))
     return _query(call, types.BOOLEAN, label.name)
 
 
 def _of_rows(
-    call: ElaboratedCall, label: LabelMember, operator: str, ask: Callable[[LabelMember], Expression]
+    call: ElaboratedCall, rows: list[LabelMember], operator: str, ask: Callable[[LabelMember], Expression]
 ) -> Expression:
-    """Return what is asked of all contacts of the points of a contact of shapes: a sum, or whether any is so."""
-    values = [ask(row) for row in contacts_of(label)]
+    """Return what is asked of all points of a contact of shapes: a sum, or whether any is so."""
+    values = [ask(row) for row in rows]
     while len(values) > 1:  # in pairs, so that no formula is deep
         values = [
             values[k]
@@ -200,9 +233,11 @@ def _is_regularized(option: ast.Option) -> bool:
 def _power(call: ElaboratedCall) -> Expression:
     type = types.real(call.dimension(types.POWER))
     if len(call.nodes) == 1:
+        if frictions := _frictions(call):
+            return _of_rows(call, frictions, "add", lambda row: _power_of_contact(call, row))
         label = _label(call, ("force", "torque", "damping", "friction"), "a named force or torque")
         if isinstance(label.statement, ast.Contact):
-            return _power_of_contact(call, label, label.statement)
+            return _power_of_contact(call, label)
         return _query(call, type, label.name)
     target = _coordinate(call, 1)
     if target.type.shape or target.type.kind is Kind.ROTATION:
@@ -227,13 +262,13 @@ def _power(call: ElaboratedCall) -> Expression:
     return Apply(type=type, span=call.node.span, function="multiply", arguments=(force, rate))
 
 
-def _power_of_contact(call: ElaboratedCall, label: LabelMember, contact: ast.Contact) -> Expression:
+def _power_of_contact(call: ElaboratedCall, label: LabelMember) -> Expression:
     """Return the power of the friction of a contact: its force along the slip times that."""
     slipping, _ = constraint_dimension(label)
     type = types.real(_per(call, types.POWER, slipping.dimension), slipping.shape)
     force = Query(type=type, span=call.node.span, function="multiplier", target=label.name)
-    assert contact.along is not None
-    slip = label.scope.elaborate(contact.along)
+    assert isinstance(label.statement, ast.Contact) and label.statement.along is not None
+    slip = label.scope.elaborate(label.statement.along)
     return Apply(
         type=types.real(call.dimension(types.POWER)),
         span=call.node.span,

@@ -505,21 +505,27 @@ def _friction_of(scope: Scope, node: ast.Reference) -> LabelMember | None:
     contact = find_label(scope, ast.Reference(parts=parts, span=parts[0].span.to(parts[-1].span)))
     if contact is None or not isinstance(contact.statement, ast.Contact):
         return None
-    if contact.statement.friction is None or last.indices:
+    return friction_of(scope, contact, node.span, whole=not last.indices)
+
+
+def friction_of(scope: Scope, contact: LabelMember, span: Span, *, whole: bool = True) -> LabelMember:
+    """Return the friction of a contact that ``span`` asks about; report where it has none, or an element of it is asked for."""
+    assert isinstance(contact.statement, ast.Contact)
+    if contact.statement.friction is None or not whole:
         raise scope.fail(
             "E0212",
             f"the contact '{contact.name}' has no friction"
             if contact.statement.friction is None
             else f"the friction of '{contact.name}' is asked about as a whole",
-            node.span,
+            span,
             labels=(Label(contact.statement.span, "stated here"),),
             help="write 'contact .. friction mu along s'"
             if contact.statement.friction is None
             else f"ask for 'multiplier({contact.name}.friction)', and take an element of that",
         )
     if contact.friction is None:
-        name, scope = friction_name(contact.name), contact.scope
-        contact.friction = LabelMember("friction", name, contact.statement, scope)
+        name = friction_name(contact.name)
+        contact.friction = LabelMember("friction", name, contact.statement, contact.scope)
     return contact.friction
 
 
