@@ -165,12 +165,15 @@ class CompiledModel:
 
     def _variant(self, structural: Structural) -> Compilation:
         """Return the compilation with other structural values."""
-        stated = dict(self.compilation.request.structural)
-        if stated.items() >= structural.items():
+        return self._compiled(_over(dict(self.compilation.request.structural), structural))
+
+    def _compiled(self, structural: Structural) -> Compilation:
+        """Return the compilation with these structural values and no others."""
+        if dict(self.compilation.request.structural) == structural:
             return self.compilation
         if self.compilation.derived:
             raise UsageMistake("a model that was made of another has its structural parameters from there")
-        return variant(self.compilation, structural=tuple(sorted(_over(stated, structural).items())))
+        return variant(self.compilation, structural=tuple(sorted(structural.items())))
 
     def for_experiment(self, name: str | None) -> Self:
         """Return this model with the structural parameters that an experiment sets.
@@ -180,15 +183,26 @@ class CompiledModel:
         chosen = self.experiment(name)
         if chosen is None or not chosen.structural:
             return self
-        own = dict(self.compilation.request.structural)
-        found, stated = self, dict[str, Exact]()
-        fitting: ExperimentOutline | None = chosen
-        while fitting is not None and not stated.keys() >= fitting.structural.keys():
-            stated = {**fitting.structural, **stated}  # more of them where it has more components
-            found = type(self)(self._variant(_over(stated, own)), self._settings)
+        return self._settled(name, dict(self.compilation.request.structural))
+
+    def _settled(self, name: str | None, own: Structural) -> Self:
+        """Return this model with its ``own`` structural values, and those of an experiment, which may depend on all of them."""
+        found = type(self)(self._compiled(own), self._settings)
+        stated: Structural = {}
+        for _ in range(_ROUNDS):
             fitting = found.experiment(name)
+            if fitting is None or stated == fitting.structural:
+                break
+            stated = {**fitting.structural}  # which may name components of the sizes that it sets
+            found = type(self)(self._compiled(_over(stated, own)), self._settings)
+        else:
+            raise UsageMistake(
+                f"the settings of {f'experiment {chr(39)}{name}{chr(39)}' if name else 'the experiment'} "
+                "do not settle: they depend on each other",
+                "give their structural parameters numbers",
+            )
         if fitting is not None and fitting.unfit:
-            sizes = ", ".join(f"{n} = {own[n]}" for n in chosen.structural if n in own)
+            sizes = ", ".join(f"{n} = {own[n]}" for n in (*fitting.structural, *fitting.swept) if n in own)
             raise UsageMistake(
                 f"the experiment{f' {chr(39)}{fitting.name}{chr(39)}' if fitting.name else ''} sets "
                 f"'{fitting.unfit[0]}', which the model does not have in this size where {sizes}",
@@ -198,11 +212,15 @@ class CompiledModel:
 
     def structural_points(self, experiment: str | None) -> list[tuple[dict[str, float | bool | str], Self]]:
         """Return the combinations of structural values that an experiment sweeps, each with its model."""
-        swept = self.swept_structural(experiment)
+        plan = self.experiment(experiment)
+        if plan is None or not plan.swept:
+            return [({}, self)]
+        given = self.compilation.request.structural
+        own = {name: value for name, value in given if plan.structural.get(name) != value}
         points: list[tuple[dict[str, float | bool | str], Self]] = []
-        for row in product(*swept.values()):
-            values = dict(zip(swept, row, strict=True))
-            model = type(self)(self._variant(values), self._settings)
+        for row in product(*plan.swept.values()):
+            values = dict(zip(plan.swept, row, strict=True))
+            model = self._settled(experiment, own | values)
             points.append(({n: float(v) if isinstance(v, Fraction) else v for n, v in values.items()}, model))
         return points
 
@@ -381,6 +399,10 @@ def set_singly(compilation: Compilation) -> frozenset[str]:
 def _angles(compilation: Compilation) -> str:
     text = re.sub(r"//[^\n]*", "", compilation.source.text)
     return "deg" if re.search(r"\d\s*deg\b", text) and not re.search(r"\d\s*rad\b(?!/)", text) else ""
+
+
+_ROUNDS = 6
+"""How often structural settings of an experiment may follow from each other before they are said not to settle."""
 
 
 def _over(values: Structural, later: Structural) -> dict[str, Exact]:

@@ -36,7 +36,10 @@ def sweep_report(sweep: Runs[Solution], style: Style = PLAIN, of: Collection[str
     for point, solution in zip(sweep.points, sweep.solutions, strict=True):
         row = [number(value) if isinstance(value, float) else str(value) for value in point.values()]
         row += [solution.outcome.value, count(solution.statistics.steps)]
-        row += [number(float(solution.shown(quantity.name)[-1])) for quantity in shown]
+        row += [
+            number(float(solution.shown(quantity.name)[-1])) if quantity.name in solution.quantities else "-"
+            for quantity in shown  # of the first run: those of other structural values may have others
+        ]
         estimate = solution.accuracy.error
         table.append([*row, f"{estimate.largest:.1e}" if estimate else "-"])
     widths = [max(width(row[i]) for row in table) for i in range(len(table[0]))]

@@ -15,6 +15,8 @@ from differentiable_modules import module
 import mechc
 from mechc.cli.main import mechc as command_line
 from mechc.document.contents import contents
+from mechc.presentation.sweep_report import sweep_report
+from mechc.requests.parse_values import UsageMistake
 from mechc.runtime.native.build import find_compiler
 
 TEXT = """import mech.planar.*;
@@ -136,3 +138,40 @@ def test_a_name_without_an_index_stands_for_the_structural_parameters_of_all_com
     )
     points = model.sweep(experiment="some")
     assert [[*point.values()] for point in points.points] == [[1], [3]]
+
+
+def test_structural_settings_follow_the_others_of_their_experiment() -> None:
+    """As other settings do: ``n`` is 3, in names, too."""
+    model = mechc.loads(
+        ROWS.replace("Row row[n];", "structural parameter Integer w = 1; parameter a = 1 kg; Row row[n];")
+        .replace(
+            "n = 3, row.block.k = 1, row[3].block.k = 4", "n = 3, w = n + 1, a = n*1 kg, row[n].block.k = w"
+        )
+        .replace("row.block.k = 3", "w = 2*w")
+    )
+    assert _sizes(model, "more") == [2, 2, 2, 2, 4, 4]
+    with pytest.raises(UsageMistake, match="experiment 'all' do not settle"):
+        model.simulate(experiment="all")
+
+
+def test_settings_of_components_follow_a_swept_size() -> None:
+    """Each value has its last row, which the declared size need not have."""
+    text = ROWS.replace(
+        "row[2].block.k in {1, 3}", "n in {2, 3}, row[n].block[1].k = 4, row[n].block[2].x[1] = 7 m"
+    )
+    runs = mechc.loads(text).sweep(experiment="some").solutions
+    assert [run["row[2].block[2].x[1]"][0] for run in runs] == [7, 1]
+    assert runs[1]["row[3].block[2].x[1]"][0] == 7
+    for run, last in zip(runs, (2, 3), strict=True):
+        names = [name for name in run.quantities if "block[1]" in name and not name.startswith("der")]
+        assert sum(name.startswith(f"row[{last}]") for name in names) == 4
+        assert all(sum(name.startswith(f"row[{row}]") for name in names) == 2 for row in range(1, last))
+
+
+def test_the_table_of_a_sweep_leaves_open_what_a_run_does_not_have() -> None:
+    """It ended with a message about a bug where a later run had less components than the first."""
+    text = ROWS.replace("row[2].block.k in {1, 3}", "n in {2, 1}")
+    rows = sweep_report(mechc.loads(text).sweep(experiment="some")).splitlines()
+    head, first, second = (row.replace(" [m]", "").split() for row in rows[2:5])
+    place = head.index("row[2].block[1].x[1]")
+    assert [first[place], second[place]] == ["1", "-"]

@@ -88,11 +88,17 @@ def experiments(instance: Instance) -> tuple[model.Experiment, ...]:
 
 def _of_another_size(instance: Instance, parts: _Parts) -> bool:
     """Whether an experiment runs with other structural values than those at hand: it is checked again with its own."""
+    swept = [
+        (sweep.target, constant(value))
+        for sweep in parts.sweeps
+        if sweep.structural
+        for value in sweep.values
+    ]
     return any(
         isinstance(member, VariableMember)
         and isinstance(member.constant, model.Literal)
         and member.constant.value != value
-        for given, value in parts.structural.items()
+        for given, value in (*parts.structural.items(), *swept)
         for name, member in instance.flattening.variables.items()
         if stands_for(given, name)
     )
