@@ -170,7 +170,7 @@ def parameter(b: Builder, c: Children, span: Span) -> ast.Parameter:
     if found and c[0] is not None:
         b.reporter.error(
             "E0134",
-            "a structural parameter is known while compiling, so the start cannot find it",
+            "a structural parameter must be known at compile time, so a run cannot solve for it",
             c[4].span,
             help="write '=', or leave 'structural' out",
         )
@@ -243,7 +243,7 @@ def component(b: Builder, c: Children, span: Span) -> ast.Component:
         word, place = type[0].text, b.span(type[0])
         if word in ("var", "return"):
             help = "a model names formulas by 'let' and reports by 'output'"
-            b.reporter.error("E0133", f"'{word}' stands only in a function", place, help=help)
+            b.reporter.error("E0133", f"'{word}' is allowed only in a function", place, help=help)
         else:
             b.reporter.error("E0110", f"'{word}' cannot begin a statement here", place)
     common = _declaration(b, (dotted(type), name, items_of(dimensions)), None, doc, span)
@@ -305,10 +305,10 @@ def bare(b: Builder, c: Children, span: Span) -> ast.Modification:
             help = f"a start is the value itself: '{name} = {start_value}', or '{name} ~ {start_value}' for a guess"
     elif isinstance(value, ast.Reference | ast.Number | ast.Quantity):
         help = (
-            f"write 'name = {value.span.text}', such as 'from = {value.span.text}' of what acts on one side"
+            f"write 'name = {value.span.text}'; for a part that acts on one side, 'from = {value.span.text}'"
         )
         if isinstance(value, ast.Reference) and (value.span.text == "world" or len(value.parts) == 2):
-            help += f", or of two frames that are joined '{value.span.text} -> other.a'"
+            help += f"; for a joint between two frames, '{value.span.text} -> other.a'"
     b.reporter.error("E0127", message, span, help=help)
     return ast.Modification(target=value, kind="=", value=value, span=span)
 
@@ -588,7 +588,7 @@ def inequality(b: Builder, c: Children, span: Span) -> ast.Inequality | ast.Cons
         case _:
             b.reporter.error(
                 "E0132",
-                "a constraint is an equation, or, of a curve, an inequality",
+                "a constraint is an equation or, for a curve, an inequality",
                 condition.span,
                 caption="this has one side only",
                 help=f"write 'constraint {condition.span.text} = 0;' or 'constraint {condition.span.text} >= 0;'",
