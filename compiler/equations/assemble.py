@@ -50,7 +50,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
     except DivisionByZero:
         raise reporter.fail(
             "E0526",
-            "the equations of motion divide by zero whatever the state",
+            "the equations of motion divide by zero in every state",
             system.model.origin.span,
             caption="in this model",
             help="look for a quotient whose divisor vanishes with a prescribed motion or a constraint",

@@ -229,8 +229,8 @@ def _contact_friction(
             "W0723",
             f"impacts of the contact '{name}' are without friction",
             contact.options["law"].span,
-            caption="a smooth force is finite, and an impact does not feel it",
-            help="leave the law out, and the friction of an impact is an impulse; or accept that only what stays closed is braked",
+            caption="a smooth force is finite and does nothing during an impact",
+            help="leave 'law' out to get an impulse of friction in impacts, or accept that only closed contacts are braked",
         )
     unit = base_unit(contact.along)
     rows = []

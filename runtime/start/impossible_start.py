@@ -131,10 +131,10 @@ def _contradictory(made: Assembly, stage: int, y: Array, off: Array) -> bool:
 
 def no_direction(row: AssemblyRow) -> SimulationError:
     return SimulationError(
-        f"{_told(row, 1)} has no direction in the position that it asks for",
+        f"{_told(row, 1)} has no direction in the position that it requires",
         row.origin,
         code="E0608",
-        help="a distance of zero has no direction: what coincides is held by a joint, or by an equation "
+        help="a distance of zero has no direction: connect points that coincide by a joint, or by an equation "
         "for each component",
     )
 

@@ -89,7 +89,7 @@ def assemble_curve(
             "a formula bends at a known place, and the range is not known",
             curve.origin.shown,
             caption="an end of this is to be found",
-            help="a kink is a border of elements, which then would move: give the range",
+            help="elements end at kinks, which would then move: give the range",
         )
     if bends:
         reporter.warning(

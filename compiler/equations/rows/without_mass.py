@@ -655,7 +655,7 @@ class _Work:
             block,
             "E0591",
             "the law of the forces on it is too long to be solved",
-            caption="the balance of forces decides this coordinate, by a law of thousands of operations",
+            caption="the balance of forces determines this coordinate, by a law of thousands of operations",
             help="give a mass to what it moves: 'kinetic 1/2*m*der(q)^2;'",
         )
 

@@ -41,7 +41,7 @@ def check_unknowns(model: FlatModel, reporter: Reporter) -> None:
             for name in unknowns_in(expression, definitions):
                 reporter.error(
                     "E0338",
-                    f"'{name}' is found along the motion, and this value is needed before",
+                    f"'{name}' is found during the motion, but this value is needed before it",
                     expression.span,
                     caption="the value of a parameter, a start or a setting",
                     help="write a formula of parameters; 'initial a = b;' may contain what equations determine",

@@ -392,7 +392,7 @@ def _at(call: ElaboratedCall) -> Expression:
     if scope.flattening.interval is None:
         raise scope.fail(
             "E0550",
-            "'at' asks for a value at one place of a curve, and this model is none",
+            "'at' asks for a value at a point of a curve, and this model is not a curve",
             call.node.span,
             help="a curve has a range: 'independent x from a to b;'",
         )
