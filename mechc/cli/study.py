@@ -112,7 +112,7 @@ class Question(Compiling):
 
 
 @click.command(
-    cls=Studies, name="study", no_args_is_help=True, short_help="Put one of the known questions to a model."
+    cls=Studies, name="study", no_args_is_help=True, short_help="Ask a question about a model."
 )
 def command() -> None:
     """Ask a question about a model.
