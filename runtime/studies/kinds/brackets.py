@@ -63,7 +63,7 @@ class Brackets(Study, frozen=True, kw_only=True):
         if problem.constraints:
             raise SimulationError(
                 f"'{problem.name}' has constraints: its coordinates and momenta are not free",
-                help="write it in independent coordinates; brackets of Dirac's kind are not formed",
+                help="write it in independent coordinates; Dirac brackets are not supported",
             )
         if self.canonical:
             return _canonical(problem, case, self.canonical)

@@ -26,7 +26,7 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
     The model has the part ``phase``. Raises SimulationError where it has no velocities.
     """
     if solution.outcome not in ENDED:
-        solution.add_remark("constants of the motion were not looked for, as the run did not reach its end")
+        solution.add_remark("the run did not reach its end, so constants of the motion were not sought")
         return solution
     case = as_it_slides(plan_run(problem, options).case)
     found, doubts = constants_of(case, DEGREE, along(case, solution))
@@ -44,7 +44,7 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
     remarks += doubts
     if found and not drifts:
         remarks.append(
-            "no drift of constants: in no part of the run all that switches is as it is where they are constant"
+            "no drift of constants: no part of the run stays in the modes in which they are constant"
         )
     elif not drifts:
         remarks.append(f"no constants of the motion were found up to the degree {DEGREE} in velocities")

@@ -166,7 +166,7 @@ def _listed(
             remarks.append(f"eigenvalues and stability of one cannot be told: {error}")
         if there.sharp:
             told = replace(told, stable=None)
-            remarks.append(f"{', '.join(there.sharp)}: what happens on the other side is not looked at")
+            remarks.append(f"{', '.join(there.sharp)}: what happens on the other side is not examined")
         if there.held:
             touching += any("contact" in what for what in there.held)
             remarks.append(f"{', '.join(there.held)}: eigenvalues and stability are those with that held")
@@ -182,7 +182,7 @@ def _listed(
                 remarks.append("some of these are not isolated: a whole line of equilibria goes through each")
             else:
                 remarks.append(
-                    "at some of these the stiffness is singular, though no other equilibria are beside them"
+                    "at some of these the stiffness is singular, although no other equilibria are nearby"
                 )
     for rest in rests_at_jumps(site, box):
         errors = dict(zip(site.chart.names, map(float, rest.errors), strict=True))

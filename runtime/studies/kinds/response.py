@@ -145,13 +145,13 @@ class Response(Study, frozen=True, kw_only=True):
         if looks_back and (sampling or self.sample is not None):
             raise SimulationError(
                 f"'{problem.name}' looks back, and no response of a sampled system with delays is known here",
-                help="leave 'sample' out, or let a discrete variable keep what was at the samples before"
+                help="leave 'sample' out, or let a discrete variable store the value of earlier samples"
                 if self.sample is not None
                 else "keep what was at the samples before in discrete variables, instead of 'delay'",
             )
         if sampling and self.sample is not None:
             raise SimulationError(
-                f"the model samples by itself ({sampling}), and 'sample' asks for another period",
+                f"the model samples by itself ({sampling}), but 'sample' names another period",
                 help="leave 'sample' out",
             )
         if sampling and at.word == EQUILIBRIUM:
