@@ -36,7 +36,7 @@ CAUSES: dict[tuple[str, bool | None], str] = {
         "larger than estimated; a tighter tolerance, or a closer 'every', resolves it"
     ),
     ("work", True): (
-        "the fixed steps have supplied or lost it, which no account contains: stiff forces that change nonlinearly within a step, such as those of "
+        "steps of one size have supplied or lost it, and no account contains it: stiff forces that change nonlinearly within a step, such as those of "
         "nonlinear springs, or bodies that turn far in one step; a smaller step reduces it"
     ),
     ("force", None): _FORCES,
