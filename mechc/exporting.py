@@ -318,7 +318,7 @@ def _as_known(setting: Setting) -> Setting:
     return replace(setting, guess=False)
 
 
-def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -> dict[str, str]:
+def c_files(program: Program, defaults: Defaults, parts: Collection[str]) -> dict[str, str]:
     """Return the C files by name: the model, what it and its method need of the kernel, and a main program.
 
     ``parts``: what is kept though the model does not need it (equations/needs.py).

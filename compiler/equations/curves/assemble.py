@@ -27,7 +27,7 @@ Pattern = tuple[tuple[int, int], ...]
 
 
 def assemble_curve(
-    system: MechanicalSystem, curve: Curve, reporter: Reporter, parts: Collection[str] = ()
+    system: MechanicalSystem, curve: Curve, reporter: Reporter, parts: Collection[str]
 ) -> Equations:
     """Return the functions of a model of a curve; report what no curve can fulfil."""
     graph = system.graph

@@ -29,7 +29,7 @@ class OutputList(Struct, frozen=True):
 
 
 def list_outputs(
-    system: MechanicalSystem, solved: Solved, layout: Layout, parts: Collection[str] = ()
+    system: MechanicalSystem, solved: Solved, layout: Layout, parts: Collection[str]
 ) -> OutputList:
     """Return the outputs of a model, prescribed coordinates first. ``parts``: see needs.py."""
     rows = _rows(system, solved, layout)

@@ -17,10 +17,11 @@ EMPTY: Final = 0x40
 IF: Final = bytes((0x04, EMPTY))
 LOOP: Final = bytes((0x03, EMPTY))
 END: Final = b"\x0b"
+LOAD_I32: Final = b"\x28\x02\0"
+LOAD_U16: Final = b"\x2f\x01\0"
 DROP: Final = b"\x1a"
 SELECT: Final = b"\x1b"
 I32_EQZ: Final = b"\x45"
-I32_EQ: Final = b"\x46"
 I32_LT_S: Final = b"\x48"
 I32_GT_S: Final = b"\x4a"
 I32_ADD: Final = b"\x6a"
@@ -32,7 +33,6 @@ I32_SHL: Final = b"\x74"
 F64_EQ: Final = b"\x61"
 F64_NE: Final = b"\x62"
 F64_LT: Final = b"\x63"
-F64_GT: Final = b"\x64"
 F64_LE: Final = b"\x65"
 F64_ABS: Final = b"\x99"
 F64_NEG: Final = b"\x9a"
@@ -112,20 +112,12 @@ def branch_if(depth: int) -> bytes:
     return b"\x0d" + unsigned(depth)
 
 
-def load_f64(offset: int = 0) -> bytes:
+def load_f64(offset: int) -> bytes:
     return b"\x2b\x03" + unsigned(offset)
 
 
-def store_f64(offset: int = 0) -> bytes:
+def store_f64(offset: int) -> bytes:
     return b"\x39\x03" + unsigned(offset)
-
-
-def load_i32(offset: int = 0) -> bytes:
-    return b"\x28\x02" + unsigned(offset)
-
-
-def load_u16(offset: int = 0) -> bytes:
-    return b"\x2f\x01" + unsigned(offset)
 
 
 def load_u8(offset: int = 0) -> bytes:

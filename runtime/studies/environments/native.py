@@ -52,7 +52,7 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
 
 
 @functools.cache
-def load_environments(reproducible: bool = False) -> ctypes.CDLL:
+def load_environments(reproducible: bool) -> ctypes.CDLL:
     """Load the library of environments, which steps by the kernel that it is given. Raises ``BuildError`` and ``CompilerMissing``."""
     sources = needed(native.kernel_sources((*native.KERNEL_ROOMS, "ensemble")), _SIGNATURES)
     link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
