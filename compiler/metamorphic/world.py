@@ -183,9 +183,8 @@ class _Turned:
             moved = total(made, self.shift, "subtract")
             return self.components(moved)
         of_joint = e.function in ("reaction", "moment") and any(j.name == e.target for j in self.old.joints)
-        return (
-            self.components(made) if of_joint and e.type.shape else made
-        )  # those of drives are along coordinates
+        # those of drives are along coordinates
+        return self.components(made) if of_joint and e.type.shape else made
 
     def applied(self, e: Apply) -> Expression:
         given = e.arguments

@@ -148,9 +148,8 @@ def test_a_body_in_space_follows_and_is_thrown(browser: Any, tmp_path: Path) -> 
     hand.throw(at, 12, 6)
     rates = np.array(hand.ask("page.sliders.filter(s => s.name.startsWith('der(')).map(s => s.value)"))
     scale = hand.ask(f"page.project(page.values({hand.shape}).slice(0, 3)).scale")
-    assert np.linalg.norm(rates) * scale == pytest.approx(
-        12 / 0.02, rel=0.5
-    )  # pixels in a second, by timers of the browser
+    # pixels in a second, by timers of the browser
+    assert np.linalg.norm(rates) * scale == pytest.approx(12 / 0.02, rel=0.5)
     assert hand.opened.said == []
 
 

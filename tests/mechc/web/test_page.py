@@ -234,9 +234,8 @@ def test_curves_are_pale_from_where_they_are_unknown(browser: Any, tmp_path: Pat
         for tolerance in (1e-8, 1e-10)
     )
     apart = np.abs(one["a"] - two["a"]) > 0.01 * (2 + np.abs(one["a"]))
-    assert (
-        abs(times[trusted[0]] - times[np.argmax(apart)]) < 4
-    )  # ln(10) over the exponent, for the two compilers
+    # ln(10) over the exponent, for the two compilers
+    assert abs(times[trusted[0]] - times[np.argmax(apart)]) < 4
     assert trusted[2] == rows and 0 < times[trusted[0]] < 38
     assert "; curves are pale from" in opened.ask("document.getElementById('note').textContent")
     assert opened.said == []
