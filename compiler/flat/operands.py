@@ -30,6 +30,19 @@ from .model import (
 )
 
 _LEAVES = (Literal, Name)
+_OPERANDS: Mapping[type[Expression], tuple[str, ...]] = {
+    Apply: ("arguments",),
+    Array: ("elements",),
+    Element: ("base",),
+    Select: ("condition", "then", "otherwise"),
+    Derivative: ("operand",),
+    Previous: ("operand",),
+    Query: ("arguments",),
+    Quadrature: ("lower", "upper", "body"),
+    FieldDerivative: ("place", "body"),
+    Where: ("values", "body"),
+}
+"""The fields that hold operands; what is not here has none."""
 
 
 def children(expression: Expression) -> tuple[Expression, ...]:
@@ -41,28 +54,24 @@ def children(expression: Expression) -> tuple[Expression, ...]:
             return items
         case Literal() | Name():
             return ()
-        case Element(base=base):
-            return (base,)
-        case Select(condition=condition, then=then, otherwise=otherwise):
-            return (condition, then, otherwise)
         case _:
-            return _rarer_children(expression)
+            found: list[Expression] = []
+            for name in _OPERANDS.get(expression.__class__, ()):
+                part = getattr(expression, name)
+                found += part if isinstance(part, tuple) else (part,)
+            return tuple(found)
 
 
-def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
-    match expression:
-        case Derivative(operand=operand) | Previous(operand=operand):
-            return (operand,)
-        case Query(arguments=arguments):
-            return arguments
-        case Quadrature(lower=lower, upper=upper, body=body):
-            return (lower, upper, body)
-        case FieldDerivative(place=place, body=body):
-            return (place, body)
-        case Where(values=values, body=body):
-            return (*values, body)
-        case _:
-            return ()
+def with_operands(expression: Expression, operands: tuple[Expression, ...]) -> Expression:
+    """Return the same expression of other operands, in the order of ``children``."""
+    if all(a is b for a, b in zip(operands, children(expression), strict=True)):
+        return expression
+    changed: dict[str, object] = {}
+    rest = list(operands)
+    for name in _OPERANDS[expression.__class__]:
+        old = getattr(expression, name)
+        changed[name] = tuple([rest.pop(0) for _ in old]) if isinstance(old, tuple) else rest.pop(0)
+    return replace(expression, **changed)
 
 
 def stated(part: object) -> Iterator[Expression]:

@@ -24,9 +24,9 @@ from ..flat.model import (
     Name,
     Query,
 )
-from ..flat.operands import children
+from ..flat.operands import children, with_operands
 from .asked import ModelFacts, defined_by, felt
-from .rewriting import apply, everywhere, measured, number, total, undrawn, with_operands
+from .rewriting import apply, everywhere, measured, number, total, undrawn
 from .twin import ACCOUNTS, NotApplicable, Seen, Twin
 
 SHIFT = (Fraction(7, 10), Fraction(-2, 5), Fraction(1, 2))
