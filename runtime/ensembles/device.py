@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..native.contract import fields
 from ..outcome import SimulationError
 from .lanes import NoLanes, Wanted
 from .native import EnsembleStruct, load_ensemble
@@ -40,7 +41,7 @@ MakeItems = Callable[[Wanted, str], str]
 class ArraysStruct(ctypes.Structure):
     """mech_item_arrays"""
 
-    _fields_ = tuple((name, c_void_p) for name in ("numbers", "marks", "fixed", "rows", "which"))
+    _fields_ = fields("pointer numbers, marks, fixed, rows, which")
 
 
 class Device(Struct, frozen=True, eq=False):

@@ -20,6 +20,7 @@ from ..case import Case
 from ..integrate.solver import kink_times, table_structs
 from ..native import kernel as native
 from ..native.build import BuildError, build_shared
+from ..native.contract import fields
 from ..native.status import Status
 from ..problem import Array
 
@@ -69,19 +70,14 @@ class ReferenceTooLong(ReferenceFailed):
 class _Table(Structure):
     """mech_reference_table"""
 
-    _fields_ = (
-        *((name, c_int) for name in ("input", "interpolation", "n")),
-        *((name, c_void_p) for name in ("t", "value", "slope")),
-    )
+    _fields_ = fields("int input, interpolation, n; pointer t, value, slope")
 
 
 class _Case(Structure):
     """mech_reference_case"""
 
-    _fields_ = (
-        *((name, c_int) for name in ("n_tables", "n_stops", "decimals")),
-        *((name, c_double) for name in ("t0", "dt_max", "rtol")),
-        *((name, c_void_p) for name in ("y0", "nominal", "z", "p", "stops", "tables")),
+    _fields_ = fields(
+        "int n_tables, n_stops, decimals; double t0, dt_max, rtol; pointer y0, nominal, z, p, stops, tables",
     )
 
 

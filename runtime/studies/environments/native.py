@@ -5,10 +5,11 @@ from __future__ import annotations
 import ctypes
 import functools
 import sys
-from ctypes import POINTER, Structure, c_double, c_int, c_long, c_size_t, c_void_p
+from ctypes import POINTER, Structure, c_int, c_long, c_size_t, c_void_p
 
 from ...native import kernel as native
 from ...native.build import LINK, build_shared, kernel_flags
+from ...native.contract import fields
 from ...native.selection import needed
 
 FROM_KERNEL = (
@@ -26,13 +27,9 @@ class KernelStruct(Structure):
 class EnvironmentsStruct(Structure):
     """mech_environments"""
 
-    _fields_ = (
-        *((name, c_void_p) for name in ("kernel", "model", "options", "lanes", "held")),
-        ("n", c_long),
-        *((name, c_int) for name in ("n_held", "threads", "substeps")),
-        *((name, c_double) for name in ("period", "until")),
-        ("max_steps", c_long),
-        *((name, c_void_p) for name in ("y", "u", "z", "t", "status", "outputs", "memory")),
+    _fields_ = fields(
+        "pointer kernel, model, options, lanes, held; long n; int n_held, threads, substeps; "
+        "double period, until; long max_steps; pointer y, u, z, t, status, outputs, memory",
     )
 
 
