@@ -65,7 +65,7 @@ class RowStruct(Contract):
 
 class ShareRowStruct(Contract):
     c_name = "mech_share_row"
-    _fields_ = tuple((name, c_int) for name in ("rest", "share", "sort"))
+    _fields_ = fields("int rest, share, sort")
     rest: int
     share: int
     sort: int
@@ -127,7 +127,7 @@ class HybridStruct(Contract):
 
 class StartRowStruct(Contract):
     c_name = "mech_start_row"
-    _fields_ = tuple((name, c_int) for name in ("stage", "hard", "measure"))
+    _fields_ = fields("int stage, hard, measure")
 
 
 class StartStruct(Contract):

@@ -57,6 +57,9 @@ class Instant:
         self.rows = tuple(KernelRow(r.kind, r.normal, r.flag, r.sign, r.impulse, r.enabled) for r in found)
         self.reals = augmented.reals
 
+    def copy(self) -> Instant:
+        return Instant(self.augmented, self.t, self.y, self.w, self.z, self.dz, self.dt)
+
     # ------------------------------------------------------------ functions
 
     def own(self, name: str, size: int) -> Array:
