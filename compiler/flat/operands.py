@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -89,6 +89,18 @@ def stated(part: object) -> Iterator[Expression]:
             pending.extend(getattr(at, name) for name in reversed(at.__struct_fields__))
 
 
+def parts(roots: Iterable[Expression]) -> Iterator[Expression]:
+    """Yield expressions and all in them, each once."""
+    seen: set[int] = set()
+    pending = list(roots)
+    while pending:
+        at = pending.pop()
+        if id(at) not in seen:
+            seen.add(id(at))
+            yield at
+            pending.extend(children(at))
+
+
 def idle_parameters(model: FlatModel) -> frozenset[str]:
     """Return the parameters that nothing uses but what is drawn and closed solutions: their values change nothing."""
     given = {v.name: v.value for v in model.variables if v.role is Role.PARAMETER}
@@ -126,13 +138,7 @@ def free_names(expression: Expression) -> dict[str, None]:
 def unbound_names(expression: Expression) -> list[str]:
     """Return the names that something around an expression binds: an integral, a field, the body of a function."""
     bound: set[str] = set()
-    seen: set[int] = set()
-    pending: list[Expression] = [expression]
-    while pending:
-        at = pending.pop()
-        if id(at) in seen:
-            continue
-        seen.add(id(at))
+    for at in parts([expression]):
         match at:
             case Quadrature(variable=variable) | FieldDerivative(variable=variable):
                 bound.add(variable)
@@ -140,7 +146,6 @@ def unbound_names(expression: Expression) -> list[str]:
                 bound.update(names)
             case _:
                 pass
-        pending += children(at)
     return [name for name in free_names(expression) if "#" in name and name not in bound]
 
 
