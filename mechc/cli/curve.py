@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..requests.parse_values import UsageMistake
-from .files_of_runs import wrote
+from .files_of_runs import beside, wrote
 
 if TYPE_CHECKING:
     from ..api import Model
