@@ -70,9 +70,8 @@ def _reads(equations: Equations) -> Reads:
         reads.setdefault(target, set()).update(_places(equations, nodes))
 
     rates, moving = functions.get("rhs", ()), equations.nq + equations.nv
-    motion = _places(
-        equations, rates[:moving]
-    )  # what one of them reads, the motion needs: they are asked together
+    # what one of them reads, the motion needs: they are asked together
+    motion = _places(equations, rates[:moving])
     for i, rate in enumerate(rates):
         if i < moving:
             reads[Slot("y", i)] = set(motion)

@@ -26,9 +26,8 @@ from ..flat.model import (
     StateEquation,
     Variable,
 )
-from ..flat.operands import children
+from ..flat.operands import children, parts, stated
 from ..flat.values.evaluate import constant
-from .asked import expressions, parts
 from .rewriting import Rewriting, apply, choice, compared, measured, number, total, undrawn
 from .twin import NotApplicable, Seen, Twin
 
@@ -96,7 +95,7 @@ def _clock(event: Event) -> tuple[Fraction, Fraction] | None:
         return None
     if not all(isinstance(a, (Assign, Reinit)) for a in actions):
         return None
-    if any(isinstance(p, Previous) for p in parts(expressions(actions))):
+    if any(isinstance(p, Previous) for p in parts(stated(actions))):
         return None
     period, *start = (constant(a) for a in condition.arguments)
     found = period, start[0] if start else Fraction(0)

@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from ..flat import types
 from ..flat.model import Apply, Array, Contact, Element, Expression, FlatModel, Load, Query
-from .asked import expressions, parts
+from ..flat.operands import parts, stated
 from .rewriting import apply, measured, negative, product, rewritten, total, undrawn
 from .rewriting import number as constant
 from .twin import ACCOUNTS, NotApplicable, Seen, Twin
@@ -30,7 +30,7 @@ def written_out(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
         return found
 
     made = rewritten(undrawn(model), change)
-    asked = {p.target for p in parts(expressions(model)) if isinstance(p, Query) and p.function == "power"}
+    asked = {p.target for p in parts(stated(model)) if isinstance(p, Query) and p.function == "power"}
     loads: list[Load] = []
     for load in made.loads:
         if load.name in asked or (load.frame is None and load.source is None):

@@ -60,9 +60,9 @@ def add_events(
     functions: Sequence[Function],
     outputs: Sequence[Quantity],
     reporter: Reporter,
-    parts: Collection[str] = (),
-    crowd: Crowd | None = None,
-    laws: ToldLaws | None = None,
+    parts: Collection[str],
+    crowd: Crowd | None,
+    laws: ToldLaws | None,
 ) -> EventEquations | None:
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph

@@ -5,7 +5,8 @@ from __future__ import annotations
 from mechc.lang.diagnostics import Label, Reporter
 
 from ..model import FlatModel
-from ..unknowns import UnknownGroup, expressions, groups, unknowns_in
+from ..operands import stated
+from ..unknowns import UnknownGroup, groups, unknowns_in
 
 MOST = 10
 """Most numbers that one system determines."""
@@ -37,7 +38,7 @@ def check_unknowns(model: FlatModel, reporter: Reporter) -> None:
                 unknown.guess.span,
             )
     for field in _BEFORE:
-        for expression in expressions(getattr(model, field)):
+        for expression in stated(getattr(model, field)):
             for name in unknowns_in(expression, definitions):
                 reporter.error(
                     "E0338",
