@@ -302,3 +302,24 @@ def test_gaps_made_of_pieces_want_steps() -> None:
     bent = CRADLE.replace("x[i+1] - x[i] rest", "max(x[i+1] - x[i], 2*(x[i+1] - x[i])) rest")
     with pytest.raises(mechc.SimulationError, match=r"made of pieces.*moreau"):
         mechc.loads(bent).simulate(estimate_error=False)
+
+
+def test_a_gap_that_is_the_least_of_several_answers_with_the_sum() -> None:
+    """Blocks that slide into the corner of a groove each: floor and wall carry what pushes them."""
+    corners = """
+    coordinate Length x[40] = {1 mm for i in 1:40};
+    coordinate Length y[40] = {1 mm for i in 1:40};
+    for i in 1:40 loop
+      kinetic 1/2*1 kg*(der(x[i])^2 + der(y[i])^2);
+      force -3 N on x[i];
+      force -i*1 N on y[i];
+      contact corner[i]: min(x[i], y[i]) restitution 0, rest = 1 cm/s;
+    end for;
+    output f[40] = {multiplier(corner[i]) for i in 1:40};
+    output least = sum(f);
+    experiment(stop = 1 s, method = "moreau", step = 5 ms);
+    """
+    s = mechc.loads(corners).simulate(estimate_error=False)
+    for i in (1, 7, 40):
+        assert s[f"f[{i}]"][-1] == pytest.approx(3 + i, rel=1e-6)
+    assert s["least"][-1] == pytest.approx(40 * 3 + 820, rel=1e-6)
