@@ -12,7 +12,7 @@ from ...results.solution import Solution
 from ..formulas.combination import along
 from ..runs.simulate import plan_run
 from .invariants import constants_of
-from .symmetries import as_it_slides
+from .symmetries import as_it_slides, cut
 
 DEGREE = 2
 """In velocities or momenta, of the constants that are looked for."""
@@ -31,7 +31,7 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
     case = as_it_slides(plan_run(problem, options).case)
     found, doubts = constants_of(case, DEGREE, along(case, solution))
     drifts = [
-        Drift(_short(one.formula), "", one.drift.largest * one.drift.size, one.drift.largest)
+        Drift(cut(one.formula, LONG), "", one.drift.largest * one.drift.size, one.drift.largest)
         for one in found
         if one.drift is not None and one.independent
     ]
@@ -50,7 +50,3 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
         remarks.append(f"no constants of the motion were found up to the degree {DEGREE} in velocities")
     checked = replace(accuracy, conserved=(*accuracy.conserved, *drifts))
     return type(solution)(solution.motion.told(accuracy=checked, remarks=tuple(dict.fromkeys(remarks))))
-
-
-def _short(formula: str) -> str:
-    return formula if len(formula) <= LONG else formula[: LONG - 1].rstrip() + "…"

@@ -50,7 +50,7 @@ from ..formulas.null_space import (
 from ..formulas.relations import Chance
 from ..formulas.sampling import PhaseSample, Sampler
 from ..study import Study
-from .symmetries import about, as_it_slides, case_of
+from .symmetries import about, as_it_slides, case_of, cut
 
 INLINE = 160
 """Characters of a formula in which all functions are written out."""
@@ -313,9 +313,7 @@ def _findings(
         remarks=tuple(remarks),
         tables=tuple(tables),
         panels=(
-            drift_panel(
-                [(_cut(one.formula, 40), one.drift) for one in found if one.drift], problem.time.unit
-            ),
+            drift_panel([(cut(one.formula, 40), one.drift) for one in found if one.drift], problem.time.unit),
         ),
         details={
             "invariants": [_plain(one) for one in independent],
@@ -334,11 +332,7 @@ def _findings(
 
 def _row(one: Integral) -> tuple[str, float, float | None]:
     because = f" [because {one.holds}]" if one.holds else ""
-    return _cut(one.formula, SHOWN) + because, float(one.degree), one.drift.largest if one.drift else None
-
-
-def _cut(text: str, size: int) -> str:
-    return text if len(text) <= size else text[: size - 1].rstrip() + "…"
+    return cut(one.formula, SHOWN) + because, float(one.degree), one.drift.largest if one.drift else None
 
 
 def _plain(one: Integral) -> dict[str, object]:

@@ -189,7 +189,11 @@ class Symmetries(Study, frozen=True, kw_only=True):
                     "symmetries",
                     (("symmetry", ""), ("conserved", ""), ("drift", "")),
                     tuple(
-                        (_cut(_row(one)), _cut(one.conserved), one.drift.largest if one.drift else None)
+                        (
+                            cut(_row(one), SHOWN),
+                            cut(one.conserved, SHOWN),
+                            one.drift.largest if one.drift else None,
+                        )
                         for one in found
                     ),
                 ),
@@ -225,8 +229,9 @@ def _row(one: Constant) -> str:
     return f"{one.name}: {one.generator}" + (f" [because {one.holds}]" if one.holds else "")
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= SHOWN else text[: SHOWN - 1].rstrip() + "…"
+def cut(text: str, size: int) -> str:
+    """Leave out what a text has beyond a number of characters."""
+    return text if len(text) <= size else text[: size - 1].rstrip() + "…"
 
 
 def case_of(problem: Problem, study: Study) -> Case:
