@@ -12,7 +12,7 @@ import numpy as np
 
 from ..native import kernel as native
 from ..native.build import LINK, build_shared, kernel_flags
-from ..native.contract import QuantityStruct, SizesStruct, fields
+from ..native.contract import QuantityStruct, SizesStruct, declare, fields
 
 ARRAYS = {"p": 0, "y": 1, "u": 2, "outputs": 3}
 
@@ -82,10 +82,13 @@ def load_ensemble(reproducible: bool = False) -> ctypes.CDLL:
     sources = native.kernel_sources((*native.KERNEL_ROOMS, "ensemble"))
     link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
     library = ctypes.CDLL(str(build_shared(sources, kernel_flags(reproducible), name="ensemble", link=link)))
-    library.mech_ensemble_layout.argtypes = (POINTER(c_size_t),)
-    library.mech_ensemble_layout.restype = None
-    library.mech_ensemble_run.argtypes = (POINTER(EnsembleStruct),)
-    library.mech_ensemble_run.restype = c_int
+    declare(
+        library,
+        {
+            "mech_ensemble_layout": (None, (POINTER(c_size_t),)),
+            "mech_ensemble_run": (c_int, (POINTER(EnsembleStruct),)),
+        },
+    )
     structs = (PlaceStruct, KeptStruct, None, CompanionStruct, EnsembleStruct, SizesStruct, QuantityStruct)
     ours = [MEMBER.itemsize if struct is None else ctypes.sizeof(struct) for struct in structs]
     found = (c_size_t * len(ours))()

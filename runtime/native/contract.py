@@ -8,6 +8,7 @@ and layout from here. A test compares every field with the headers.
 from __future__ import annotations
 
 import ctypes
+from collections.abc import Mapping
 from ctypes import POINTER, c_double, c_int, c_long, c_longlong, c_ssize_t, c_void_p
 from typing import ClassVar
 
@@ -38,6 +39,18 @@ def fields(*parts: str | tuple[str, type]) -> tuple[tuple[str, type], ...]:
         else:
             made.append(part)
     return tuple(made)
+
+
+Signatures = Mapping[str, tuple[object, tuple[object, ...]]]
+"""Functions by name: what they give, and what they take."""
+
+
+def declare(library: ctypes.CDLL, signatures: Signatures) -> ctypes.CDLL:
+    """Tell ctypes what functions of a library give and take."""
+    for name, (result, arguments) in signatures.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    return library
 
 
 class Contract(ctypes.Structure):

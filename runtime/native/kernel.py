@@ -23,7 +23,7 @@ from pathlib import Path
 
 from .build import build_shared, built_once, kernel_flags, known_compiler
 from .compiler import Compiler
-from .contract import BranchStruct, HybridStruct, ModelStruct, fields
+from .contract import BranchStruct, HybridStruct, ModelStruct, Signatures, declare, fields
 from .libtcc import find_libtcc
 
 KERNEL = Path(__file__).parents[1] / "kernel"
@@ -134,7 +134,7 @@ class StartReportStruct(Structure):
 _USUAL = "dop853"
 """The method of a kernel that is compiled for some models alone."""
 
-_SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
+_SIGNATURES: Signatures = {
     "mech_kernel_version": (c_int, ()),
     "mech_layout": (None, (POINTER(c_size_t),)),
     "mech_method_count": (c_int, ()),
@@ -280,10 +280,7 @@ def _kernel_state() -> str:
 
 
 def _opened(file: Path, names: Iterable[str] = _SIGNATURES) -> ctypes.CDLL:
-    library = ctypes.CDLL(str(file))
-    for name in names:
-        function = getattr(library, name)
-        function.restype, function.argtypes = _SIGNATURES[name]
+    library = declare(ctypes.CDLL(str(file)), {name: _SIGNATURES[name] for name in names})
     _check_layout(library)
     return library
 

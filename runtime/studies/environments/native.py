@@ -9,7 +9,7 @@ from ctypes import POINTER, Structure, c_int, c_long, c_size_t, c_void_p
 
 from ...native import kernel as native
 from ...native.build import LINK, build_shared, kernel_flags
-from ...native.contract import fields
+from ...native.contract import Signatures, declare, fields
 from ...native.selection import needed
 
 FROM_KERNEL = (
@@ -34,7 +34,7 @@ class EnvironmentsStruct(Structure):
 
 
 _OF_ALL = POINTER(EnvironmentsStruct)
-_SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
+_SIGNATURES: Signatures = {
     "mech_environments_layout": (c_size_t, ()),
     "mech_environments_open": (c_int, (_OF_ALL,)),
     "mech_environments_close": (None, (_OF_ALL,)),
@@ -54,10 +54,7 @@ def load_environments(reproducible: bool) -> ctypes.CDLL:
     sources = needed(native.kernel_sources((*native.KERNEL_ROOMS, "ensemble")), _SIGNATURES)
     link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
     file = build_shared(sources, kernel_flags(reproducible), name="environments", link=link)
-    library = ctypes.CDLL(str(file))
-    for name, (result, arguments) in _SIGNATURES.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = result, arguments
+    library = declare(ctypes.CDLL(str(file)), _SIGNATURES)
     if library.mech_environments_layout() != ctypes.sizeof(EnvironmentsStruct):
         raise RuntimeError("the struct of environments has another size in the kernel")
     return library
