@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from shared_models import CUBIC
 from slow_params import slow_but
 from struck_oscillator import after_a_period, strobed
 
@@ -47,14 +48,6 @@ model Duffing
 end Duffing;
 """
 
-CUBIC = """\
-model Cubic
-  dimensionless;
-  parameter r = -1;
-  state Real x = -1;
-  equation der(x) = r + x - x^3;
-end Cubic;
-"""
 
 TABLE = """\
 model Table "a ball on a shaken table"
