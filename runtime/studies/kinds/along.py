@@ -150,7 +150,6 @@ def _answer(
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=f"{len(time)} systems: states {len(states)}, inputs {len(inputs)}, outputs {len(told)}",
-        values=(),
         errors_from=ERRORS,
         remarks=(
             *remarks,

@@ -86,7 +86,6 @@ class Brackets(Study, frozen=True, kw_only=True):
             model=problem.name,
             outcome=Outcome.COMPLETED,
             message=f"{len(found)} brackets, {zeros} of them zero",
-            values=(),
             errors_from=f"what is recognised holds at {STATES} random states to {EXACT:g}",
             remarks=(
                 f"constant, as the bracket with H vanishes: {', '.join(commuting) or 'nothing of these'}",
@@ -322,7 +321,6 @@ def _canonical(problem: Problem, case: Case, given: Sequence[Formula]) -> Findin
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=f"the transformation is {what}",
-        values=(),
         errors_from=f"largest difference of M J M^T from J at {STATES} random states: {off:.1e}",
         remarks=tuple(remarks),
         tables=(Table("brackets of the new variables", (("f", ""), ("g", ""), ("{f, g}", "")), rows),),

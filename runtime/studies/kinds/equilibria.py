@@ -210,7 +210,6 @@ def _listed(
         model=site.problem.name,
         outcome=Outcome.COMPLETED,
         message=message,
-        values=(),
         errors_from="residual and rounding times the condition of the equations",
         remarks=tuple(dict.fromkeys(remarks)),
         tables=(Table("", head, tuple(rows)),) if rows else (),
@@ -431,7 +430,6 @@ def _followed(
         message=f"{len(branches)} branch{'' if len(branches) == 1 else 'es'}"
         + ("" if complete else INCOMPLETE)
         + (f"; {listed}" if listed else ""),
-        values=(),
         errors_from="points solve the equations to rounding; special points are roots, to rounding of what tells them",
         remarks=tuple(dict.fromkeys(remarks)),
         tables=tuple(tables),

@@ -110,7 +110,6 @@ class Hamilton(Study, frozen=True, kw_only=True):
             model=problem.name,
             outcome=Outcome.COMPLETED,
             message="Hamilton's function" if equations[0].right else "no formula of H in the span",
-            values=(),
             errors_from="difference from the Legendre transformation at further random states",
             remarks=(*(f"{names[i]} is constant" for i in cyclic), *_left_out(problem)),
             tables=tuple(table for table in tables if table.rows),

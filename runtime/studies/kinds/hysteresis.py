@@ -151,7 +151,6 @@ def _findings(
         model=problem.name,
         outcome=sweep.outcome,
         message=message,
-        values=(),
         errors_from="what still changes between the halves of what is seen of each value",
         remarks=tuple(remarks),
         tables=(Table(f"jumps of {seen.text} ({word})", head, rows),) if rows else (),

@@ -308,7 +308,6 @@ def _findings(
         model=problem.name,
         outcome=outcome,
         message=f"{n or 'no'} independent constant{'' if n == 1 else 's'} of the motion in the span",
-        values=(),
         errors_from=told,
         remarks=tuple(remarks),
         tables=tuple(tables),

@@ -265,7 +265,6 @@ def _linearized(study: Linearize, point: OperatingLinearization) -> Linearizatio
         outcome=Outcome.COMPLETED,
         message=f"states {len(states)}, inputs {len(driven)}, outputs {len(told)}"
         + ("" if study.sample is None else f", sampled every {study.sample:g} {problem.time.unit}".rstrip()),
-        values=(),
         errors_from=ERRORS,
         remarks=tuple(remarks),
         tables=_tables(

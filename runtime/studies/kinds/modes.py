@@ -137,7 +137,6 @@ def _told(site: Site, rest: Equilibrium, modes: Modes, kind: str, remarks: tuple
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=f"{kind}, at {where}{more}",
-        values=(),
         errors_from=ERRORS[real],
         remarks=remarks,
         tables=(Table("", head, tuple(rows)),),

@@ -346,7 +346,6 @@ def _findings(problem: Problem, study: Response, systems: Sequence[System]) -> F
         message=f"inputs {len(seen.inputs)}, outputs {len(seen.outputs)}, {ends} {seen.frequency_unit}".rstrip()
         + ("" if seen.over is None else f", {len(systems)} values of {seen.over.name}")
         + ("" if period is None else f", sampled every {period:g} {problem.time.unit}".rstrip()),
-        values=(),
         errors_from=ERRORS,
         remarks=tuple(_remarks(seen, systems, grid, found)),
         tables=tuple(tables),

@@ -181,7 +181,6 @@ class Symmetries(Study, frozen=True, kw_only=True):
             model=problem.name,
             outcome=outcome,
             message=f"{n or 'no'} point {'symmetry' if n == 1 else 'symmetries'} in the span",
-            values=(),
             errors_from="drift: change along the run, relative to the sizes of the terms",
             remarks=tuple(remarks),
             tables=(

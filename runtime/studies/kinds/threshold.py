@@ -205,7 +205,6 @@ class _Bisection:
             model=problem.name,
             outcome=outcome,
             message=message,
-            values=(),
             errors_from="bisection, and a tighter tolerance at the ends of what is left",
             remarks=(
                 *self._ended_before(),
