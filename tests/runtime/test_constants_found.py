@@ -3,20 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from shared_models import FOUR_BAR
+from shared_models import FOUR_BAR, example
 
 import mechc
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 @pytest.mark.parametrize("name", ["pendulum_cartesian", "rod_in_circle", "double_pendulum_cartesian"])

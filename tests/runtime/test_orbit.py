@@ -12,16 +12,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
+from shared_models import example
 
 import mechc
 from mechc.cli.main import run as run_command
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
-
 
 DUFFING = """\
 model Duffing

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from shared_models import example
 
 import mechc
 from mechc.cli.main import run as run_command
@@ -18,10 +19,6 @@ from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.studies.flow.crossings import chandrupatla, crossings
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 TWO = """\

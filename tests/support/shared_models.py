@@ -1,5 +1,17 @@
 """Models that several tests look at, from different sides."""
 
+from __future__ import annotations
+
+from pathlib import Path
+
+import mechc
+
+
+def example(name: str) -> mechc.Model:
+    """Load an example by the name of its file."""
+    return mechc.load(Path(__file__).resolve().parents[2] / "examples" / f"{name}.mech")
+
+
 BALL = """\
 model Ball
   coordinate Length y = 1 m;

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser
+from browsers import Opened, needs_browser, off
 
 import mechc
 from mechc.web.page import page
@@ -49,11 +48,6 @@ model Thrown
   experiment(stop = 0.4 s, tolerance = 1e-10);
 end Thrown;
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 class Hand:

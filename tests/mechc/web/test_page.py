@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser, waited
+from browsers import Opened, needs_browser, off, waited
 from parts_of_pages import parts_of
 
 import mechc
@@ -158,11 +157,6 @@ def test_settings_keep_the_units_of_the_text(display: str, units: dict[str, str]
 
 
 # ---------------------------------------------------------------- in a browser
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 @needs_browser
