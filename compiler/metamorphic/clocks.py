@@ -162,7 +162,7 @@ def actions_reordered(model: FlatModel, seen: Seen | None, random: Random) -> Tw
         actions, k = list(branch.actions), 0
         while k + 1 < len(actions):
             one, two = actions[k : k + 2]
-            if isinstance(one, Assign) and isinstance(two, Assign) and _apart(one, two):
+            if isinstance(one, Assign) and isinstance(two, Assign) and _are_independent(one, two):
                 actions[k : k + 2] = two, one
                 changed += 1
                 k += 1
@@ -176,7 +176,7 @@ def actions_reordered(model: FlatModel, seen: Seen | None, random: Random) -> Tw
     return Twin("actions reordered", "actions that do not see each other in another order", made)
 
 
-def _apart(one: Assign, two: Assign) -> bool:
+def _are_independent(one: Assign, two: Assign) -> bool:
     a, b = (_heads(x.target) for x in (one, two))
     return not a & b and not a & _now(two.value) and not b & _now(one.value)
 

@@ -37,7 +37,7 @@ def written_out(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
             loads.append(load)
             continue
         said["loads"] = None
-        loads += _apart(load)
+        loads += _load_and_opposite(load)
     contacts = tuple(_turned(c) for c in made.contacts)
     if contacts != made.contacts:
         said["slips"] = None
@@ -70,7 +70,7 @@ def _relative(model: FlatModel, e: Apply) -> Expression | None:
             return None
 
 
-def _apart(load: Load) -> list[Load]:
+def _load_and_opposite(load: Load) -> list[Load]:
     """Return a load in the world, and its opposite."""
     value = load.value
     if load.frame is not None and value.type.shape:

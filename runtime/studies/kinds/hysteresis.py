@@ -109,7 +109,7 @@ def _findings(
     over = sweep.over
     unit = _unit(problem, seen.name)
     both = [*up, *down]
-    quantity = _told(both)
+    quantity = _distinguishing(both)
     span = float(np.ptp([getattr(one, quantity) for one in both])) if both else 0.0
     jumps = [*_jumps(up, "up", quantity, span), *_jumps(down, "down", quantity, span)]
     apart = _apart(up, down, quantity, span)
@@ -181,7 +181,7 @@ def _unit(problem: Problem, name: str) -> str:
     return next(q.unit for q in (*problem.states, *problem.outputs) if q.name == name)
 
 
-def _told(both: list[Held]) -> str:
+def _distinguishing(both: list[Held]) -> str:
     """Say what tells the branches apart: the spread of a motion, or the place where it comes to rest."""
     moving = max((one.rms for one in both), default=0.0)
     places = np.array([one.mean for one in both])

@@ -85,7 +85,7 @@ class Invariants(Study, frozen=True, kw_only=True):
         case = as_it_slides(case_of(problem, self))
         search, known = _searched(case, self.degree)
         track = tracked(case, self)
-        found = _told(search.terms, known, track, search.values)
+        found = _integrals(search.terms, known, track, search.values)
         return _findings(case, found, search, track, search.terms)
 
 
@@ -94,7 +94,7 @@ def constants_of(case: Case, degree: int, track: Track) -> tuple[list[Integral],
     if case.problem.nv == 0:
         return [], []
     search, known = _searched(case, degree)
-    found = _told(search.terms, known, track, search.values)
+    found = _integrals(search.terms, known, track, search.values)
     narrow = (
         [] if search.null.clear else ["what counts as a constant cannot be told for sure: the gap is narrow"]
     )
@@ -222,7 +222,7 @@ def _adds(known: Sequence[Array], vector: Array, gradients: Array) -> bool:
 # ---------------------------------------------------------------- what is told
 
 
-def _told(
+def _integrals(
     terms: Terms, known: Sequence[tuple[Array, int, bool]], track: Track | None, values: Array
 ) -> list[Integral]:
     case = terms.case

@@ -116,11 +116,11 @@ class Symmetries(Study, frozen=True, kw_only=True):
         chance = Chance(case)
         track = tracked(case, self)
         typical = np.sqrt((columns[0] ** 2).mean(axis=0))
-        found = self._told(span, basis, chance, track, typical)
+        found = self._constants(span, basis, chance, track, typical)
         found.sort(key=lambda one: (np.count_nonzero(one.vector), tuple(support(one.vector))))
         return self._findings(problem, found, null, track, doubtful, span)
 
-    def _told(
+    def _constants(
         self, span: TermSpan, basis: Array, chance: Chance, track: Track | None, typical: Array
     ) -> list[Constant]:
         def columns(sampler: Sampler, count: int, p: Array | None) -> tuple[Array, Array]:
