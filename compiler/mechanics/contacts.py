@@ -46,7 +46,7 @@ def open_at_start(model: FlatModel) -> dict[str, tuple[Expression, ...]]:
     for event in model.events:
         branch = event.branches[0]
         parts = _parts(branch.condition)
-        further = tuple(p for p in parts if not _is_initial(p))
+        further = tuple(p for p in parts if not (isinstance(p, Apply) and p.function == "initial"))
         if len(further) == len(parts):
             continue
         for action in branch.actions:
@@ -60,10 +60,6 @@ def _parts(condition: Expression) -> tuple[Expression, ...]:
     if isinstance(condition, Apply) and condition.function == "and":
         return tuple(p for argument in condition.arguments for p in _parts(argument))
     return (condition,)
-
-
-def _is_initial(condition: Expression) -> bool:
-    return isinstance(condition, Apply) and condition.function == "initial"
 
 
 def switchable(

@@ -182,7 +182,7 @@ def benchmark(
     ended = case.stop < stop and count == case.grid.size
     truth = _first(truth, count)
     horizon = float(truth.t[-1])
-    task = Task(_until(case, horizon), nominal, truth, longest)
+    task = Task(replace(case, stop=horizon, grid=case.grid[case.grid <= horizon]), nominal, truth, longest)
     points, skipped = _measured(task, [*names, *beside], tolerances, enough, beside)
     points = tuple(p if p.method in beside else _with_claim(p, task, options) for p in points)
     points = _in_turns(points, truth, task, beside)
@@ -518,7 +518,3 @@ def _first(truth: PrecisionReference, count: int) -> PrecisionReference:
     return replace(
         truth, t=truth.t[:count], high=truth.high[:count], low=truth.low[:count], doubt=truth.doubt[:count]
     )
-
-
-def _until(case: Case, horizon: float) -> Case:
-    return replace(case, stop=horizon, grid=case.grid[case.grid <= horizon])

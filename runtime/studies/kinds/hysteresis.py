@@ -107,7 +107,7 @@ def _findings(
     problem: Problem, sweep: CarriedSweep, seen: Formula, up: list[Held], down: list[Held]
 ) -> Findings:
     over = sweep.over
-    unit = _unit(problem, seen.name)
+    unit = next(q.unit for q in (*problem.states, *problem.outputs) if q.name == seen.name)
     both = [*up, *down]
     quantity = _distinguishing(both)
     span = float(np.ptp([getattr(one, quantity) for one in both])) if both else 0.0
@@ -175,10 +175,6 @@ def _record(over: Range, one: Held) -> dict[str, Any]:
         "parameter": {over.name: one.value}, "lowest": one.lowest, "highest": one.highest, "mean": one.mean,
         "rms": one.rms, "unsettled": one.unsettled,
     }  # fmt: skip
-
-
-def _unit(problem: Problem, name: str) -> str:
-    return next(q.unit for q in (*problem.states, *problem.outputs) if q.name == name)
 
 
 def _distinguishing(both: list[Held]) -> str:
