@@ -110,9 +110,8 @@ def rotor() -> Callable[[], tuple[str, str]]:
         worst = said = 0.0
         for speed in np.linspace(0, 6, 7):
             found = model.modes(set={"speed": float(speed)})
-            whirls = np.roots(
-                [1, 0.15, 1 - 0.05j * speed]
-            )  # z'' + 0.15 z' + (1 - 0.05 i speed) z = 0, z = x + i y
+            # z'' + 0.15 z' + (1 - 0.05 i speed) z = 0, z = x + i y
+            whirls = np.roots([1, 0.15, 1 - 0.05j * speed])
             exact = np.array([z if z.imag >= 0 else z.conjugate() for z in whirls])
             off = np.abs(found.eigenvalues[:, None] - exact).min(axis=1).max()
             worst, said = max(worst, float(off)), max(said, *(m["error"] for m in found.details["modes"]))

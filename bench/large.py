@@ -148,9 +148,8 @@ def measure(name: str, text: str, n: int, folder: str) -> list[str]:
 
 
 def main(quick: bool = False) -> None:
-    compile_source(
-        SourceFile("model.mech", BARS), structural={"n": Fraction(3)}
-    )  # imports are not part of it
+    # imports are not part of it
+    compile_source(SourceFile("model.mech", BARS), structural={"n": Fraction(3)})
     with tempfile.TemporaryDirectory() as folder:
         rows = [
             measure(name, text, n, folder)

@@ -28,9 +28,8 @@ def main(quick: bool = False) -> None:
     with tempfile.TemporaryDirectory() as folder:
         driver = make_driver(Path(folder))
         paths = examples(quick, every=16)
-        found = list(
-            in_parallel(partial(counted, driver=driver), paths)
-        )  # all of it before anything is timed
+        # all of it before anything is timed
+        found = list(in_parallel(partial(counted, driver=driver), paths))
         for path, made in zip(paths, found, strict=True):
             if isinstance(made, str):
                 notes.append(f"- `{path.stem}`: {made}")

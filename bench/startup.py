@@ -49,9 +49,8 @@ def main(quick: bool = False) -> None:
         models = [Path(folder, f"pendulum{k}.mech") for k in range(count)]
         for k, model in enumerate(models):
             model.write_text(PENDULUM.format(k=f"{k}_{time.time_ns()}"))
-        process(
-            "--help"
-        )  # writes bytecode, once per installation, as the next one does and compiles the kernel
+        # writes bytecode, once per installation, as the next one does and compiles the kernel
+        process("--help")
         process("run", str(models[0]))
         kept = Path(folder, "kept")
         process("run", str(models[0]), cache=kept)

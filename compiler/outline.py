@@ -17,11 +17,10 @@ if TYPE_CHECKING:
     from .flat.model import FlatModel
     from .program.model import Program
 
-Exact = Fraction | bool | str
-"""A structural value: numbers exactly, in SI."""
-
-_Plain = tuple[str, str] | bool | str
-"""The same as bytes hold it: a fraction as its numerator and denominator in hexadecimal digits, which nothing limits."""
+    Exact = Fraction | bool | str
+    """A structural value: numbers exactly, in SI."""
+else:
+    Exact = Any  # msgspec reads no unions with classes that it does not know
 
 
 class ExperimentOutline(Struct, frozen=True):
@@ -115,43 +114,14 @@ def summary_of(program: Program) -> Summary:
 # ---------------------------------------------------------------- as bytes
 
 
-class _PlainPlan(Struct, array_like=True):
-    name: str
-    words: dict[str, str]
-    structural: dict[str, _Plain]
-    swept: dict[str, tuple[_Plain, ...]]
-    sweeps: bool
-    unfit: tuple[str, ...]
-
-
-class _PlainOutline(Struct, array_like=True):
-    name: str
-    doc: str
-    structural: dict[str, _Plain]
-    experiments: tuple[_PlainPlan, ...]
-    studies: tuple[StatedStudy, ...]
-
-
 def write(value: Outline | Summary) -> bytes:
     """Return an outline or a summary as bytes."""
-    return msgspec.msgpack.encode(value if isinstance(value, Summary) else _without_fractions(value))
+    return msgspec.msgpack.encode(value, enc_hook=_digits)
 
 
 def read_outline(data: bytes) -> Outline:
     """Return the outline that bytes hold."""
-    plain = msgspec.msgpack.decode(data, type=_PlainOutline)
-    experiments = (
-        ExperimentOutline(
-            e.name,
-            e.words,
-            _read(e.structural),
-            {name: tuple(map(_exact, values)) for name, values in e.swept.items()},
-            e.sweeps,
-            e.unfit,
-        )
-        for e in plain.experiments
-    )
-    return Outline(plain.name, plain.doc, _read(plain.structural), tuple(experiments), plain.studies)
+    return msgspec.msgpack.decode(data, type=Outline, ext_hook=_fraction)
 
 
 def read_summary(data: bytes) -> Summary:
@@ -159,33 +129,11 @@ def read_summary(data: bytes) -> Summary:
     return msgspec.msgpack.decode(data, type=Summary)
 
 
-def _without_fractions(outline: Outline) -> _PlainOutline:
-    def plain(values: Mapping[str, Any]) -> dict[str, Any]:
-        return {name: _plain(value) for name, value in values.items()}
-
-    experiments = (
-        _PlainPlan(
-            e.name,
-            dict(e.words),
-            plain(e.structural),
-            {name: tuple(map(_plain, values)) for name, values in e.swept.items()},
-            e.sweeps,
-            e.unfit,
-        )
-        for e in outline.experiments
-    )
-    return _PlainOutline(
-        outline.name, outline.doc, plain(outline.structural), tuple(experiments), outline.studies
-    )
+def _digits(value: Fraction) -> msgspec.msgpack.Ext:
+    """Return a fraction as bytes: its numerator and denominator in hexadecimal digits, which nothing limits."""
+    return msgspec.msgpack.Ext(1, f"{value.numerator:x}/{value.denominator:x}".encode())
 
 
-def _plain(value: Exact) -> _Plain:
-    return (f"{value.numerator:x}", f"{value.denominator:x}") if isinstance(value, Fraction) else value
-
-
-def _read(values: Mapping[str, _Plain]) -> dict[str, Exact]:
-    return {name: _exact(value) for name, value in values.items()}
-
-
-def _exact(value: _Plain) -> Exact:
-    return Fraction(int(value[0], 16), int(value[1], 16)) if isinstance(value, tuple) else value
+def _fraction(code: int, digits: memoryview) -> Fraction:
+    numerator, denominator = digits.tobytes().split(b"/")
+    return Fraction(int(numerator, 16), int(denominator, 16))

@@ -122,7 +122,7 @@ def _assembled(system: MechanicalSystem, reporter: Reporter, parts: Collection[s
         return equations
     from .equations.growth import growth_equations
 
-    return verified(growth_equations(_apart(equations)))
+    return verified(growth_equations(_forked(equations)))
 
 
 def program_with(compilation: Compilation, parts: Collection[str]) -> Program:
@@ -150,7 +150,7 @@ def tangent_program(compilation: Compilation, directions: Directions, parts: Col
         from .equations.tangents import tangent_equations
 
         _check_differentiable(compilation.equations)
-        equations = verified(tangent_equations(_apart(equations_with(compilation, parts)), directions))
+        equations = verified(tangent_equations(_forked(equations_with(compilation, parts)), directions))
         return verified(lower(equations))
 
 
@@ -160,7 +160,7 @@ def adjoint_program(compilation: Compilation, asked: Adjoint) -> Program:
         from .equations.adjoints import adjoint_equations
 
         _check_differentiable(compilation.equations)
-        return verified(lower(verified(adjoint_equations(_apart(compilation.equations), asked))))
+        return verified(lower(verified(adjoint_equations(_forked(compilation.equations), asked))))
 
 
 def _check_differentiable(equations: Equations) -> None:
@@ -172,7 +172,7 @@ def _check_differentiable(equations: Equations) -> None:
     )
 
 
-def _apart(equations: Equations) -> Equations:
+def _forked(equations: Equations) -> Equations:
     """Return the same equations on a graph of their own: what others have added to it would stand for equal values."""
     return replace(equations, graph=equations.graph.fork())
 

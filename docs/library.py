@@ -75,7 +75,7 @@ def _package(name: str) -> str:
     if functions:
         lines += ["\n| function | value | |\n|---|---|---|\n"]
         lines += [
-            f"| `{f.name}({', '.join(a.name for a in f.arguments)})` | {_value(f)} | {f.doc} |\n"
+            f"| `{f.name}({', '.join(a.name for a in f.arguments)})` | {_value(f)} | {_cell(f.doc)} |\n"
             for f in functions
         ]
     for item in file.items:
@@ -196,7 +196,12 @@ def _row(item: ast.Parameter | ast.Coordinate | ast.Input | ast.Frame) -> str:
     kind = "structural parameter" if structural else KINDS[type(item)]
     sign = "~ " if isinstance(item, ast.Coordinate) and item.start and item.start.guess else ""
     shown = f"`{sign}{print_expression(default)}`" if default is not None else ""
-    return f"| {kind} | `{name}` | {shown} | {item.doc} |\n"
+    return f"| {kind} | `{name}` | {shown} | {_cell(item.doc)} |\n"
+
+
+def _cell(text: str) -> str:
+    """Return a text as a cell of a table, where a bar would end it."""
+    return text.replace("|", "\\|")
 
 
 def _sentence(text: str) -> str:

@@ -10,21 +10,21 @@ HERE = Path(__file__).resolve().parent
 
 HEAD = """# Units and types
 
-Made from the tables of the language by `python docs/units.py`. [The language](language.md#3-quantities-and-units)
+`python docs/units.py` writes this page from the tables of the compiler. [The language](language.md#3-quantities-and-units)
 explains how to write quantities.
 
 ## Units
 
 Combine these units by `.`, `/` and `^`: `N.m/rad`, `kg.m^2`, `m/s^2`. A `/` divides by the next unit only: `J/kg.K` is (J/kg)·K.
 
-| unit | is | prefixes |
+| unit | equals | prefixes |
 |---|---|---|
 """
 
 TYPES = """
 ## Types
 
-A type stands before the name, as in `parameter Length l;`. It is required where no value determines the dimension. Values are stored and shown in the SI
+A type stands before the name, as in `parameter Length l;`. It is required where no value gives the dimension. Values are stored and shown in the SI
 unit of the type, unless the declaration or `--display` names another unit for display.
 
 | type | unit |
@@ -32,7 +32,7 @@ unit of the type, unless the declaration or `--display` names another unit for d
 """
 
 END = """
-`Rotation` is the type of a coordinate that turns freely in space. `type Curvature = unit "1/m";` names a type of your own.
+`Rotation` is the type of a coordinate that turns freely in space. `type Snap = unit "m/s^4";` declares a type of your own.
 """
 
 
@@ -50,8 +50,8 @@ def _meaning(text: str) -> str:
     if unit.angle and base != "rad":
         base = base.replace("1/", "rad/", 1)
     if unit.factor == 1:
-        return "" if base == text else base
-    return f"{float(unit.factor):.12g} {base}"
+        return ("unit of angle" if unit.angle else "base unit") if base == text else base
+    return f"{float(unit.factor):.12g} {base}".removesuffix(" 1")
 
 
 if __name__ == "__main__":

@@ -84,8 +84,8 @@ _ALL = (
     Builtin("sqrt", 1, 1, _E, "square root"),
     Builtin("abs", 1, 1, _E, "absolute value"),
     Builtin("sign", 1, 1, _E, "-1, 0 or 1"),
-    Builtin("floor", 1, 1, _E, "largest whole number not above", types="number -> whole"),
-    Builtin("ceil", 1, 1, _E, "smallest whole number not below", types="number -> whole"),
+    Builtin("floor", 1, 1, _E, "largest whole number that is not greater", types="number -> whole"),
+    Builtin("ceil", 1, 1, _E, "smallest whole number that is not less", types="number -> whole"),
     Builtin("mod", 2, 2, _E, "x - floor(x/y)*y"),
     Builtin(
         "div",
@@ -95,7 +95,9 @@ _ALL = (
         "quotient of two whole numbers, rounded towards zero; divergence of a field: div(F, r)",
     ),
     Builtin("clamp", 3, 3, _E, "x kept between a lower and an upper limit: clamp(x, low, high)"),
-    Builtin("deadzone", 2, 2, _E, "0 for |x| below the half width w, then x -/+ w: deadzone(x, w)"),
+    Builtin(
+        "deadzone", 2, 2, _E, "0 for abs(x) below the half width w, beyond it x - w or x + w: deadzone(x, w)"
+    ),
     Builtin("min", 1, None, _R, "smallest of the arguments, of an array, or of e for i in r", (), True),
     Builtin("max", 1, None, _R, "largest of the arguments, of an array, or of e for i in r", (), True),
     Builtin("sum", 1, 1, _R, "sum of an array, or of e for i in r", (), True),
@@ -106,7 +108,7 @@ _ALL = (
         1,
         1,
         _R,
-        'root of the mean square since the start; as people feel it: rms(a, weighting = "ISO2631-Wk")',
+        'root mean square since the start; with a weighting of human vibration: rms(a, weighting = "ISO2631-Wk")',
         ("weighting",),
     ),
     Builtin("dot", 2, 2, _V, "scalar product"),
@@ -167,7 +169,7 @@ _ALL = (
     Builtin(
         "noise", 2, 2, Category.PAST, "random signal of size 1, the same in every run: noise(seed, period)"
     ),
-    Builtin("delay", 2, 2, Category.PAST, "value of an expression a while ago: delay(e, T)"),
+    Builtin("delay", 2, 2, Category.PAST, "value of an expression a time T ago: delay(e, T)"),
     Builtin(
         "table",
         3,
@@ -180,15 +182,13 @@ _ALL = (
     ),
     Builtin("mesh_centre", 2, 2, _S, "centre of the solid inside a mesh, as mesh_volume"),
     Builtin("mesh_inertia", 2, 2, _S, "its inertia for unit density about the centre, as mesh_volume"),
-    Builtin("grad", 2, None, _F, "gradient of a field, a function of its place: grad(V, r)"),
+    Builtin("grad", 2, None, _F, "gradient of a field, a function of position: grad(V, r)"),
     Builtin("curl", 2, None, _F, "curl of a vector field: curl(F, r); a number in the plane"),
     Builtin("laplacian", 2, None, _F, "sum of second derivatives of a field: laplacian(V, r)"),
     Builtin("file", 1, 2, _S, "numbers of a CSV, NPZ or Matrix Market file: file(name), file(name, column)"),
     Builtin("size", 2, 2, _S, "number of elements along index k of an array, of rows for k = 1: size(A, k)"),
-    Builtin(
-        "given", 1, 1, _S, "true where the text around a component gives a name of it a value: given(damping)"
-    ),
-    Builtin("concat", 2, None, _S, "vectors one after the other, or matrices below each other"),
+    Builtin("given", 1, 1, _S, "true if the text around a component gives this name a value: given(damping)"),
+    Builtin("concat", 2, None, _S, "vectors joined end to end, or matrices joined by rows"),
     Builtin("eigenvalues", 1, 1, _S, "real eigenvalues of a matrix of parameters, smallest first"),
     Builtin("linspace", 3, 3, _S, "n values from first to last: linspace(first, last, n)"),
 )

@@ -269,7 +269,7 @@ def _check_depth(items: tuple[ast.Statement, ...], problems: Reporter) -> None:
                 f"{what} nested too deeply",
                 Span(node.span.file, node.span.start, node.span.start + 1),
                 caption=f"more than {DEEPEST} levels",
-                help="divide it with 'let'; a long sum may be written 'sum({a, b, ..})'",
+                help="split it with 'let'; a long sum may be written 'sum({a, b, ..})'",
             )
             return
         if depth + 2 * (node.span.end - node.span.start) <= DEEPEST:

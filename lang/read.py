@@ -33,9 +33,9 @@ def read_source(path: Path | str, reporter: Reporter | None = None) -> SourceFil
     return decode(str(path), _bytes(Path(path), reporter), reporter)
 
 
-def read_model(path: Path | str, reporter: Reporter | None = None) -> SourceFile:
+def read_model(path: Path | str) -> SourceFile:
     """Read a model, or a robot in another format as one, with a warning that says so. Raises CompileError."""
-    reporter = reporter or Reporter()
+    reporter = Reporter()
     path = Path(path)
     data = _bytes(path, reporter)
     if _root(data.decode("utf-8", errors="ignore").removeprefix("\ufeff")) not in IMPORTED:

@@ -26,6 +26,7 @@ from .c_main import (
     STATED_SPACING,
 )
 from .compiler.pipeline import program_with
+from .compiler.targets.c_header import comment
 from .requests.parse_values import UsageMistake
 from .runtime.methods import KERNEL_METHODS, RUNS_ALL, parts_for
 from .targets import MODULES
@@ -318,7 +319,7 @@ def _as_known(setting: Setting) -> Setting:
     return replace(setting, guess=False)
 
 
-def c_files(program: Program, defaults: Defaults, parts: Collection[str] = ()) -> dict[str, str]:
+def c_files(program: Program, defaults: Defaults, parts: Collection[str]) -> dict[str, str]:
     """Return the C files by name: the model, what it and its method need of the kernel, and a main program.
 
     ``parts``: what is kept though the model does not need it (equations/needs.py).
@@ -362,7 +363,7 @@ def _main(name: str, program: Program, defaults: Defaults) -> str:
         stop=defaults.stop,
         tolerance=defaults.tolerance,
         quantities="".join(
-            f"    {{{unit}, {_KINDS[kind]}, {int(pure)}, {nominal!r}, {size!r}, {group}}}, /* {_comment(entry.name)} */\n"
+            f"    {{{unit}, {_KINDS[kind]}, {int(pure)}, {nominal!r}, {size!r}, {group}}}, /* {comment(entry.name)} */\n"
             for unit, kind, pure, nominal, size, group, entry in zip(
                 sizes.units,
                 sizes.kinds,
@@ -424,10 +425,6 @@ def _tables(defaults: Defaults) -> str:
 
 def _list(numbers: Iterable[int]) -> str:
     return ", ".join(map(str, numbers)) or "0"
-
-
-def _comment(text: str) -> str:
-    return text.replace("*/", "* /").replace("/*", "/ *")
 
 
 def _c_string(text: str) -> str:

@@ -61,7 +61,7 @@ def with_experiment(model: CompiledModel, asked: Asked) -> Asked:
     return replace(asked, given={**said, **asked.given})
 
 
-def _told(found: Answer) -> str:
+def _text_of(found: Answer) -> str:
     from .presentation import answers
 
     return answers.text(found)
@@ -79,7 +79,7 @@ def _bundled(found: Solution) -> dict[str, Any]:
     return solution_bundle(found)
 
 
-Told.teller, Told.drawer, Told.bundler = _told, _drawn, _bundled
+Told.teller, Told.drawer, Told.bundler = _text_of, _drawn, _bundled
 
 
 def answer(model: CompiledModel, asked: Asked) -> Answer:

@@ -384,7 +384,7 @@ def _found(
         if not math.isfinite(value):
             name = problem.parameters[k].name
             raise SimulationError(
-                f"no value of '{name}' is found that fulfils what is said of the start",
+                f"no value of '{name}' is found that fulfils the initial conditions",
                 problem.parameters[k].origin,
                 code="E0611",
                 help="guess closer, or look at the initial conditions",

@@ -534,7 +534,7 @@ _LOOSE = re.compile(r"(?!der\b)(\S.*?)\s*(?:\(([^()]+)\)|/\s*(\S+))")
 """A name with its unit in parentheses, or after a stroke."""
 
 
-def header_of(cell: str, is_unit: IsUnit = lambda text: False) -> tuple[str, str]:
+def header_of(cell: str, is_unit: IsUnit) -> tuple[str, str]:
     """Take ``torque [N.m]``, ``u[1] [N]`` and, where ``is_unit`` knows the unit, ``F (N)`` and ``F / N`` apart."""
     text = cell.strip()
     match = _UNIT.fullmatch(text)

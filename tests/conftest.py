@@ -8,6 +8,7 @@ import signal
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -68,6 +69,14 @@ def stages_verified() -> Iterator[None]:
     """What every stage of the compiler makes keeps the rules of its stage, whatever a test is about."""
     with verifying():
         yield
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    """Give a browser without a window (``support/browsers.py``)."""
+    from browsers import running_browser
+
+    yield from running_browser()
 
 
 @pytest.fixture(autouse=True)

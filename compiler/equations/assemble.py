@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from mechc.lang.diagnostics import Reporter
-from mechc.runtime.interface import AssertionEntry, ConstraintEntry, Origin
+from mechc.runtime.interface import AssertionEntry, ConstraintEntry
 from mechc.runtime.methods import CONTACT_STEPS
 
 from ..graph import DivisionByZero, Node
@@ -50,7 +50,7 @@ def assemble(system: MechanicalSystem, reporter: Reporter, parts: Collection[str
     except DivisionByZero:
         raise reporter.fail(
             "E0526",
-            "the equations of motion divide by zero whatever the state",
+            "the equations of motion divide by zero in every state",
             system.model.origin.span,
             caption="in this model",
             help="look for a quotient whose divisor vanishes with a prescribed motion or a constraint",
@@ -134,7 +134,7 @@ def _equations(draft: Draft) -> Equations:
         held_inputs=solved.held_inputs,
         outputs=listed.entries,
         known=tuple(b.known for b in draft.found.starts),
-        starts=tuple(_origin(b) for b in draft.found.starts),
+        starts=tuple(origin(b.start.origin.shown) if b.start else None for b in draft.found.starts),
         functions=everything,
         needs=facts,
         choices=choices(system, solved, facts, draft.parts),
@@ -143,7 +143,7 @@ def _equations(draft: Draft) -> Equations:
             AssertionEntry(a.message, origin(a.origin.shown)) for a in _asserted(system, solved)
         ),
         energy_balance=listed.energy_balance,
-        dependent=_dependent(draft.found.starts),
+        dependent=tuple(k for k, b in enumerate(draft.found.starts) if b.by_others is not None),
         found_states=draft.found.states,
         constraints=_constraint_entries(solved),
         separable=_separable(system, layout, draft.functions),
@@ -206,14 +206,6 @@ def _projection(system: MechanicalSystem, solved: Solved, parts: frozenset[str])
 
 def _asserted(system: MechanicalSystem, solved: Solved) -> tuple[AssertionRow, ...]:
     return (*system.assertions, *solved.asserted)
-
-
-def _origin(initial: InitialValue) -> Origin | None:
-    return origin(initial.start.origin.shown) if initial.start else None
-
-
-def _dependent(starts: Sequence[InitialValue]) -> tuple[int, ...]:
-    return tuple(k for k, b in enumerate(starts) if b.by_others is not None)
 
 
 def _constraint_entries(solved: Solved) -> tuple[ConstraintEntry, ...]:

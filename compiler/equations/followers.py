@@ -35,7 +35,7 @@ def followers(equations: Equations) -> tuple[int, ...]:
     moving = equations.nq + equations.nv
     reads, decided = _reads(equations), _decided(equations)
     decided |= {Slot("y", i) for i in range(moving)}
-    needed = _needed(reads, decided) | _apart(reads, moving) if moving else _returning(reads)
+    needed = _needed(reads, decided) | _independent_states(reads, moving) if moving else _returning(reads)
     if not needed.intersection(states) and not moving:
         return ()
     return tuple(slot.index for slot in states if slot not in needed)
@@ -70,9 +70,8 @@ def _reads(equations: Equations) -> Reads:
         reads.setdefault(target, set()).update(_places(equations, nodes))
 
     rates, moving = functions.get("rhs", ()), equations.nq + equations.nv
-    motion = _places(
-        equations, rates[:moving]
-    )  # what one of them reads, the motion needs: they are asked together
+    # what one of them reads, the motion needs: they are asked together
+    motion = _places(equations, rates[:moving])
     for i, rate in enumerate(rates):
         if i < moving:
             reads[Slot("y", i)] = set(motion)
@@ -114,7 +113,7 @@ def _needed(reads: Reads, places: set[Slot]) -> set[Slot]:
     return found
 
 
-def _apart(reads: Reads, moving: int) -> set[Slot]:
+def _independent_states(reads: Reads, moving: int) -> set[Slot]:
     """Return the states that move by themselves, with everything that they depend on: none of it is a coordinate or velocity."""
     motion = {Slot("y", i) for i in range(moving)}
     found: set[Slot] = set()

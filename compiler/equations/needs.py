@@ -171,7 +171,7 @@ def needs(
     graph = system.graph
     rhs = next(f for f in functions if f.name == "rhs")
     facts = {
-        "space": system.kinematics.size == 3 and _is_spatial(system),
+        "space": system.kinematics.size == 3 and system.model.space == 3,
         "rotations": bool(system.rotations),
         "constraints": bool(system.constraints),
         "events": bool(system.branches)
@@ -192,10 +192,6 @@ def needs(
         "assertions": any(f.name == "assertions" for f in functions),
     }
     return frozenset(name for name, holds in facts.items() if holds)
-
-
-def _is_spatial(system: MechanicalSystem) -> bool:
-    return system.model.space == 3
 
 
 def _has_tables(system: MechanicalSystem, functions: Sequence[Function]) -> bool:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -30,6 +30,19 @@ from .model import (
 )
 
 _LEAVES = (Literal, Name)
+_OPERANDS: Mapping[type[Expression], tuple[str, ...]] = {
+    Apply: ("arguments",),
+    Array: ("elements",),
+    Element: ("base",),
+    Select: ("condition", "then", "otherwise"),
+    Derivative: ("operand",),
+    Previous: ("operand",),
+    Query: ("arguments",),
+    Quadrature: ("lower", "upper", "body"),
+    FieldDerivative: ("place", "body"),
+    Where: ("values", "body"),
+}
+"""The fields that hold operands; what is not here has none."""
 
 
 def children(expression: Expression) -> tuple[Expression, ...]:
@@ -41,28 +54,24 @@ def children(expression: Expression) -> tuple[Expression, ...]:
             return items
         case Literal() | Name():
             return ()
-        case Element(base=base):
-            return (base,)
-        case Select(condition=condition, then=then, otherwise=otherwise):
-            return (condition, then, otherwise)
         case _:
-            return _rarer_children(expression)
+            found: list[Expression] = []
+            for name in _OPERANDS.get(expression.__class__, ()):
+                part = getattr(expression, name)
+                found += part if isinstance(part, tuple) else (part,)
+            return tuple(found)
 
 
-def _rarer_children(expression: Expression) -> tuple[Expression, ...]:
-    match expression:
-        case Derivative(operand=operand) | Previous(operand=operand):
-            return (operand,)
-        case Query(arguments=arguments):
-            return arguments
-        case Quadrature(lower=lower, upper=upper, body=body):
-            return (lower, upper, body)
-        case FieldDerivative(place=place, body=body):
-            return (place, body)
-        case Where(values=values, body=body):
-            return (*values, body)
-        case _:
-            return ()
+def with_operands(expression: Expression, operands: tuple[Expression, ...]) -> Expression:
+    """Return the same expression of other operands, in the order of ``children``."""
+    if all(a is b for a, b in zip(operands, children(expression), strict=True)):
+        return expression
+    changed: dict[str, object] = {}
+    rest = list(operands)
+    for name in _OPERANDS[expression.__class__]:
+        old = getattr(expression, name)
+        changed[name] = tuple([rest.pop(0) for _ in old]) if isinstance(old, tuple) else rest.pop(0)
+    return replace(expression, **changed)
 
 
 def stated(part: object) -> Iterator[Expression]:
@@ -78,6 +87,18 @@ def stated(part: object) -> Iterator[Expression]:
             pending.extend(reversed(list(at.values())))
         elif isinstance(at, Struct) and not isinstance(at, (Origin, Type)):
             pending.extend(getattr(at, name) for name in reversed(at.__struct_fields__))
+
+
+def parts(roots: Iterable[Expression]) -> Iterator[Expression]:
+    """Yield expressions and all in them, each once."""
+    seen: set[int] = set()
+    pending = list(roots)
+    while pending:
+        at = pending.pop()
+        if id(at) not in seen:
+            seen.add(id(at))
+            yield at
+            pending.extend(children(at))
 
 
 def idle_parameters(model: FlatModel) -> frozenset[str]:
@@ -117,13 +138,7 @@ def free_names(expression: Expression) -> dict[str, None]:
 def unbound_names(expression: Expression) -> list[str]:
     """Return the names that something around an expression binds: an integral, a field, the body of a function."""
     bound: set[str] = set()
-    seen: set[int] = set()
-    pending: list[Expression] = [expression]
-    while pending:
-        at = pending.pop()
-        if id(at) in seen:
-            continue
-        seen.add(id(at))
+    for at in parts([expression]):
         match at:
             case Quadrature(variable=variable) | FieldDerivative(variable=variable):
                 bound.add(variable)
@@ -131,7 +146,6 @@ def unbound_names(expression: Expression) -> list[str]:
                 bound.update(names)
             case _:
                 pass
-        pending += children(at)
     return [name for name in free_names(expression) if "#" in name and name not in bound]
 
 

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from math import prod
 
-import msgspec
 from msgspec import Struct
 
-from .model import Expression, FlatModel, ImplicitEquation, Typed, Unknown, UnknownOutput
-from .operands import children, free_names
+from .model import Expression, FlatModel, ImplicitEquation, Unknown, UnknownOutput
+from .operands import free_names, parts, stated
 
 _ANSWERS = ("definitions", "assertions", "exacts", "draws", "implicit", "unknowns")
 """Fields of a model on which its motion does not depend."""
@@ -44,7 +43,7 @@ def unknowns_in(value: object, definitions: Mapping[str, Expression | None]) -> 
             if name in definitions and name not in seen:
                 seen.add(name)
                 pending.append(definitions[name])
-        pending.extend(e for e in _unknown_parts(at))
+        pending.extend(e for e in parts([at]) if isinstance(e, Unknown))  # type: ignore[list-item]
     return found
 
 
@@ -54,35 +53,7 @@ def felt(model: FlatModel) -> frozenset[str]:
         return frozenset()
     definitions = {d.name: d.value for d in model.definitions}
     fields = (getattr(model, f) for f in model.__struct_fields__ if f not in _ANSWERS)
-    return frozenset(n for field in fields for e in expressions(field) for n in unknowns_in(e, definitions))
-
-
-def expressions(value: object) -> Iterator[Expression]:
-    """Yield the outermost expressions in what a field of a model holds."""
-    if isinstance(value, Typed):
-        yield value  # type: ignore[misc]
-    elif isinstance(value, tuple):
-        for item in value:
-            yield from expressions(item)
-    elif isinstance(value, dict):
-        yield from expressions(tuple(value.values()))
-    elif isinstance(value, msgspec.Struct):
-        for field in value.__struct_fields__:
-            yield from expressions(getattr(value, field))
-
-
-def _unknown_parts(value: object) -> list[Unknown]:
-    found: list[Unknown] = []
-    pending, seen = [value], set[int]()
-    while pending:
-        at = pending.pop()
-        if id(at) in seen:
-            continue
-        seen.add(id(at))
-        if isinstance(at, Unknown):
-            found.append(at)
-        pending.extend(children(at))  # type: ignore[arg-type]
-    return found
+    return frozenset(n for field in fields for e in stated(field) for n in unknowns_in(e, definitions))
 
 
 def groups(model: FlatModel) -> tuple[UnknownGroup, ...]:

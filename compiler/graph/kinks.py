@@ -51,7 +51,7 @@ def kinks_of(graph: Graph, n: Node) -> tuple[float, ...]:
 
 
 def as_choices(
-    graph: Graph, nodes: Sequence[Node], fixed: Collection[Node], whole: Collection[Node] = ()
+    graph: Graph, nodes: Sequence[Node], fixed: Collection[Node], whole: Collection[Node]
 ) -> tuple[Node, ...]:
     """Return nodes with abs, min and max as choices, but for those of the symbols ``fixed`` alone, and for what is inside
     the nodes ``whole``."""

@@ -30,6 +30,15 @@ _CHAIN_LIMIT: Final = 64
 """Larger exponents go to the power function of the target."""
 
 
+def _function_of(code: int) -> Callable[[Graph, Node], Node]:
+    """Return the constructor of a function of one argument."""
+
+    def constructor(self: Graph, a: Node) -> Node:
+        return self._function(code, a)
+
+    return constructor
+
+
 class Graph(Arithmetic):
     """Build and read expressions (reading: interning.py)."""
 
@@ -106,56 +115,23 @@ class Graph(Arithmetic):
         code = self._code[a]
         return code == NEG or (code == CONST and self._constants[a] < 0)
 
-    def sin(self, a: Node) -> Node:
-        return self._function(SIN, a)
-
-    def cos(self, a: Node) -> Node:
-        return self._function(COS, a)
-
-    def tan(self, a: Node) -> Node:
-        return self._function(ops.TAN, a)
-
-    def asin(self, a: Node) -> Node:
-        return self._function(ops.ASIN, a)
-
-    def acos(self, a: Node) -> Node:
-        return self._function(ops.ACOS, a)
-
-    def atan(self, a: Node) -> Node:
-        return self._function(ops.ATAN, a)
-
-    def sinh(self, a: Node) -> Node:
-        return self._function(ops.SINH, a)
-
-    def cosh(self, a: Node) -> Node:
-        return self._function(ops.COSH, a)
-
-    def tanh(self, a: Node) -> Node:
-        return self._function(ops.TANH, a)
-
-    def asinh(self, a: Node) -> Node:
-        return self._function(ops.ASINH, a)
-
-    def acosh(self, a: Node) -> Node:
-        return self._function(ops.ACOSH, a)
-
-    def atanh(self, a: Node) -> Node:
-        return self._function(ops.ATANH, a)
-
-    def exp(self, a: Node) -> Node:
-        return self._function(ops.EXP, a)
-
-    def log(self, a: Node) -> Node:
-        return self._function(ops.LOG, a)
-
-    def abs(self, a: Node) -> Node:
-        return self._function(ops.ABS, a)
-
-    def sign(self, a: Node) -> Node:
-        return self._function(ops.SIGN, a)
-
-    def floor(self, a: Node) -> Node:
-        return self._function(ops.FLOOR, a)
+    sin = _function_of(SIN)
+    cos = _function_of(COS)
+    tan = _function_of(ops.TAN)
+    asin = _function_of(ops.ASIN)
+    acos = _function_of(ops.ACOS)
+    atan = _function_of(ops.ATAN)
+    sinh = _function_of(ops.SINH)
+    cosh = _function_of(ops.COSH)
+    tanh = _function_of(ops.TANH)
+    asinh = _function_of(ops.ASINH)
+    acosh = _function_of(ops.ACOSH)
+    atanh = _function_of(ops.ATANH)
+    exp = _function_of(ops.EXP)
+    log = _function_of(ops.LOG)
+    abs = _function_of(ops.ABS)
+    sign = _function_of(ops.SIGN)
+    floor = _function_of(ops.FLOOR)
 
     def sqrt(self, a: Node) -> Node:
         if self._code[a] == MUL and self._left[a] == self._right[a]:

@@ -110,7 +110,7 @@ class _Writer:
         elif below:
             text += f"/({'*'.join(below)})"
         single = len(above) == 1 and not below
-        binds = SUM if sign else ATOM if single and _is_whole(above[0]) else TERM
+        binds = SUM if sign else ATOM if single and above[0].replace(".", "").isalnum() else TERM
         if single and not sign and len(factors) == 1:
             ((factor, power),) = factors.items()
             if power == 1 and size == 1:
@@ -141,10 +141,6 @@ class _Writer:
             negative = coefficient < 0
             text += (f" - {one}" if negative else f" + {one}") if text else (f"-{one}" if negative else one)
         return text
-
-
-def _is_whole(text: str) -> bool:
-    return text.replace(".", "").isalnum()
 
 
 def number(value: Fraction) -> str:

@@ -46,7 +46,7 @@ def open_at_start(model: FlatModel) -> dict[str, tuple[Expression, ...]]:
     for event in model.events:
         branch = event.branches[0]
         parts = _parts(branch.condition)
-        further = tuple(p for p in parts if not _is_initial(p))
+        further = tuple(p for p in parts if not (isinstance(p, Apply) and p.function == "initial"))
         if len(further) == len(parts):
             continue
         for action in branch.actions:
@@ -60,10 +60,6 @@ def _parts(condition: Expression) -> tuple[Expression, ...]:
     if isinstance(condition, Apply) and condition.function == "and":
         return tuple(p for argument in condition.arguments for p in _parts(argument))
     return (condition,)
-
-
-def _is_initial(condition: Expression) -> bool:
-    return isinstance(condition, Apply) and condition.function == "initial"
 
 
 def switchable(
@@ -229,8 +225,8 @@ def _contact_friction(
             "W0723",
             f"impacts of the contact '{name}' are without friction",
             contact.options["law"].span,
-            caption="a smooth force is finite, and an impact does not feel it",
-            help="leave the law out, and the friction of an impact is an impulse; or accept that only what stays closed is braked",
+            caption="a smooth force is finite and does nothing during an impact",
+            help="leave 'law' out to get an impulse of friction in impacts, or accept that only closed contacts are braked",
         )
     unit = base_unit(contact.along)
     rows = []

@@ -42,7 +42,7 @@ def curve_of(
         functional = lowering.scalar(variation.functional)
         unit = _unit(variation.functional.type.dimension)
     else:
-        functional, unit = lowering.graph.symbol(ACTION), _action_unit(model)
+        functional, unit = lowering.graph.symbol(ACTION), "" if model.dimensionless else "J.s"
     rows = [_end(lowering, e) for e in variation.ends]
     rows += _constraints(lowering, model, symbols, unknown)
     return Curve(
@@ -130,7 +130,3 @@ def _differences(lowering: Lowering, left: Expression, right: Expression) -> tup
 
 def _unit(dimension: Dimension) -> str:
     return "" if dimension == DIMENSIONLESS else preferred_unit(dimension, False)
-
-
-def _action_unit(model: FlatModel) -> str:
-    return "" if model.dimensionless else "J.s"

@@ -64,7 +64,7 @@ def _check_known(
         help = "use a stiff 'force' that follows it"
         if rough := [s for s in symbols.inputs if s.node in forbidden.intersection(support)]:
             name = rough[0].variable.name
-            help = f'an input with a spline has one, {name}(interpolation = "spline"), and so has one after a filter, {name}(filter = 1 ms)'
+            help = f'an input with a spline has one, {name}(interpolation = "spline"), and so does a filtered one, {name}(filter = 1 ms)'
     elif moving := [s for s in smooth if s.node in support and _moves(lowering, s, symbols)]:
         caption = f"the default of '{moving[0].variable.name}' changes with time"
         help = "drive by the formula itself, or give the input a constant default"

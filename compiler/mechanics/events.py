@@ -197,7 +197,7 @@ def _check_once(
                 "E0712",
                 f"'{name}' is set twice at one instant",
                 action.origin.span,
-                caption="for the second time",
+                caption="again here",
                 labels=(Label(assigned[target].span, "first here"),),
             )
             return

@@ -36,7 +36,7 @@ def efforts(
         if not brakes and support & symbols.velocities and _always(lowering, pairs, 1):
             reporter.warning(
                 "W0532",
-                f"this {load.kind} pushes along every motion: it feeds in energy without end",
+                f"this {load.kind} pushes along every motion: it feeds in energy without limit",
                 load.origin.shown,
                 help="a drag is written 'damping c on q', or as a force with the opposite sign",
             )

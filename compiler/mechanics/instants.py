@@ -20,7 +20,7 @@ def check_instants(system: MechanicalSystem, reporter: Reporter) -> None:
         span = instants[symbol]
         reporter.error(
             "E0721",
-            f"'{span.text}' is true at single instants, which no force and no output sees",
+            f"'{span.text}' is true only at single instants, so it has no meaning here",
             span,
             caption="it belongs to the condition of a 'when'",
             help="set a 'discrete' variable there, and use that: 'when sample(T) then n := ...; end when;'",
@@ -48,7 +48,7 @@ def _of_the_present(system: MechanicalSystem) -> Iterator[tuple[list[Node], str,
     yield (
         [system.kinetic, system.potential, system.lagrangian, system.dissipation, *matter],
         "an energy, a mass or a place of a body",
-        "forces follow from energies by the present state, and this is none",
+        "forces are derivatives of energies with respect to the present state",
         "write the force itself, as in 'force -k*delay(x, T) on x;'",
     )
     tied = [n for rows in system.constraints for n in rows.residuals]

@@ -33,7 +33,7 @@ def warn_of_idle(system: MechanicalSystem, energies: Sequence[Node], reporter: R
 
     def check_load(what: str, pairs: Sequence[tuple[Node, Node]], origin: Origin) -> None:
         if _cancels(graph, pairs):
-            why, other = "its reaction acts where it acts itself", "let 'from' name what it pushes away from"
+            why, other = "its reaction acts at the same place", "let 'from' name what it pushes away from"
             reporter.warning("W0531", f"this {what} has no effect", origin.shown, caption=why, help=other)
         else:
             check(what, tuple(rate for rate, _ in pairs), velocities, origin, still, coordinate)
@@ -61,7 +61,7 @@ def warn_of_idle(system: MechanicalSystem, energies: Sequence[Node], reporter: R
         why = (
             "it depends on no velocity"
             if energy.kind == "dissipation"
-            else "it is the same wherever things are"
+            else "it does not change with the motion"
         )
         noun = "dissipation" if energy.kind == "dissipation" else f"{energy.kind} energy"
         noun = "Lagrangian" if energy.kind == "lagrangian" else noun

@@ -62,8 +62,8 @@ def _check_starts(system: MechanicalSystem, fixed: set[Node], reporter: Reporter
             "E0607",
             f"an initial value must not depend on '{culprit}'",
             start.value.span,
-            caption="this is known only once the motion is",
-            help="write 'initial EXPRESSION = VALUE' for a condition that coordinates and rates are to meet",
+            caption="this is known only when the motion is",
+            help="write 'initial EXPRESSION = VALUE' for a condition that coordinates and rates must meet",
         )
 
 

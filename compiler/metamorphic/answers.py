@@ -8,8 +8,8 @@ from random import Random
 
 from ..flat import types
 from ..flat.model import Apply, Derivative, Expression, FlatModel, Literal, Query
-from ..flat.operands import children
-from .asked import RATES, ModelFacts, expressions, parts
+from ..flat.operands import children, parts, stated
+from .asked import RATES, ModelFacts
 from .energies import energy_of_bodies, energy_of_weights
 from .rewriting import number, rewritten, total, undrawn
 from .twin import NotApplicable, Seen, Twin
@@ -19,7 +19,7 @@ WRITTEN = frozenset({"energy", "kinetic_energy", "potential_energy"})
 
 def answers_written_out(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     """Write kinetic_energy() and potential_energy() as the sums that they are, energy() as both where that is the energy."""
-    asked = {p.function for p in parts(expressions(model)) if isinstance(p, Query)} & WRITTEN
+    asked = {p.function for p in parts(stated(model)) if isinstance(p, Query)} & WRITTEN
     if not asked:
         raise NotApplicable("nothing asks for its energies")
     facts = ModelFacts(model)
@@ -34,7 +34,7 @@ def answers_written_out(model: FlatModel, seen: Seen | None, random: Random) -> 
         and not any("time" in facts.within(p) for p in (*kinetic, *[m.at for m in model.masses]))
         and not any("time" in facts.within(j.value) for j in model.joints)
         and not any(facts.moves(p) for p in potential)
-        and all(_quadratic(p) for p in kinetic)
+        and all(_degree(p) == 2 for p in kinetic)
     )
     if "energy" in asked and not plain:
         raise NotApplicable(
@@ -55,10 +55,6 @@ def _sum(model: FlatModel, terms: list[Expression]) -> Expression:
     dimension = types.NUMBER.dimension if model.dimensionless else types.ENERGY
     zero = number(0, types.real(dimension), model.origin.span)
     return reduce(total, terms) if terms else zero
-
-
-def _quadratic(e: Expression) -> bool:
-    return _degree(e) == 2
 
 
 def _degree(e: Expression) -> Fraction | None:

@@ -2,35 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection
 
 from msgspec.structs import replace
 
 from ..flat.model import Apply, Derivative, Expression, FlatModel, Name, Query, Role
-from ..flat.operands import children, stated
+from ..flat.operands import parts, stated
 
 ENERGIES = frozenset({"energy", "kinetic_energy", "potential_energy", "power"})
 JUMPING = frozenset({"sign", "floor", "ceil", "mod", "div", "less", "less_equal", "greater", "greater_equal", "equal",
                      "not_equal", "and", "or", "not", "sample", "initial"})  # fmt: skip
 KINKS = ("abs", "min", "max", "clamp", "deadzone")
 RATES = frozenset({"vel", "vel_at", "angvel"})
-
-
-def expressions(part: object) -> list[Expression]:
-    """Return the whole expressions in a part of a flat model."""
-    return list(stated(part))
-
-
-def parts(roots: Collection[Expression]) -> Iterator[Expression]:
-    """Yield expressions and all in them, each once."""
-    seen: set[int] = set()
-    pending = list(roots)
-    while pending:
-        at = pending.pop()
-        if id(at) not in seen:
-            seen.add(id(at))
-            yield at
-            pending.extend(children(at))
 
 
 def defined_by(model: FlatModel, wanted: Collection[str]) -> frozenset[str]:
@@ -50,9 +33,7 @@ def felt(model: FlatModel, wanted: Collection[str]) -> bool:
     """Whether anything but definitions asks one of the questions, itself or through definitions."""
     through = defined_by(model, wanted)
     rest = replace(model, definitions=(), draws=(), exacts=())
-    return any(
-        _asks(p, wanted) or (isinstance(p, Name) and p.name in through) for p in parts(expressions(rest))
-    )
+    return any(_asks(p, wanted) or (isinstance(p, Name) and p.name in through) for p in parts(stated(rest)))
 
 
 def _asks(part: Expression, wanted: Collection[str]) -> bool:

@@ -26,9 +26,8 @@ from ..flat.model import (
     StateEquation,
     Variable,
 )
-from ..flat.operands import children
+from ..flat.operands import children, parts, stated
 from ..flat.values.evaluate import constant
-from .asked import expressions, parts
 from .rewriting import Rewriting, apply, choice, compared, measured, number, total, undrawn
 from .twin import NotApplicable, Seen, Twin
 
@@ -96,7 +95,7 @@ def _clock(event: Event) -> tuple[Fraction, Fraction] | None:
         return None
     if not all(isinstance(a, (Assign, Reinit)) for a in actions):
         return None
-    if any(isinstance(p, Previous) for p in parts(expressions(actions))):
+    if any(isinstance(p, Previous) for p in parts(stated(actions))):
         return None
     period, *start = (constant(a) for a in condition.arguments)
     found = period, start[0] if start else Fraction(0)
@@ -163,7 +162,7 @@ def actions_reordered(model: FlatModel, seen: Seen | None, random: Random) -> Tw
         actions, k = list(branch.actions), 0
         while k + 1 < len(actions):
             one, two = actions[k : k + 2]
-            if isinstance(one, Assign) and isinstance(two, Assign) and _apart(one, two):
+            if isinstance(one, Assign) and isinstance(two, Assign) and _are_independent(one, two):
                 actions[k : k + 2] = two, one
                 changed += 1
                 k += 1
@@ -177,7 +176,7 @@ def actions_reordered(model: FlatModel, seen: Seen | None, random: Random) -> Tw
     return Twin("actions reordered", "actions that do not see each other in another order", made)
 
 
-def _apart(one: Assign, two: Assign) -> bool:
+def _are_independent(one: Assign, two: Assign) -> bool:
     a, b = (_heads(x.target) for x in (one, two))
     return not a & b and not a & _now(two.value) and not b & _now(one.value)
 

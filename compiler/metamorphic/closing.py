@@ -11,8 +11,9 @@ from mechc.lang.diagnostics import Reporter
 
 from ..flat import types
 from ..flat.model import Apply, Array, Expression, FlatModel, Joint, Name, Query, Role, Switch, Variable
+from ..flat.operands import parts, stated
 from ..mechanics.kinematics.topology import TreeEdge, classify, root_of
-from .asked import ModelFacts, defined_by, expressions, felt, parts
+from .asked import ModelFacts, defined_by, felt
 from .coordinates import held_coordinates
 from .rewriting import apply, measured, number, undrawn
 from .starts import begun, rate_name
@@ -90,7 +91,7 @@ def _fits(model: FlatModel, edge: TreeEdge, seen: Seen, held: set[str]) -> bool:
     switched = {
         a.target for e in model.events for b in e.branches for a in b.actions if isinstance(a, Switch)
     }
-    asked = {p.target for p in parts(expressions(model)) if isinstance(p, Query)}
+    asked = {p.target for p in parts(stated(model)) if isinstance(p, Query)}
     angles = [
         n
         for n in seen.largest
@@ -103,7 +104,7 @@ def _fits(model: FlatModel, edge: TreeEdge, seen: Seen, held: set[str]) -> bool:
         and not joint.cut
         and joint.name not in switched
         and not asked & set(joint.coordinates)
-        and not ModelFacts(model).within(*expressions(model.equations)) & set(joint.coordinates)
+        and not ModelFacts(model).within(*stated(model.equations)) & set(joint.coordinates)
         and not held & set(joint.coordinates)
         and all(seen.largest[n] < HALF_TURN for n in angles)
     )

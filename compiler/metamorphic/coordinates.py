@@ -28,9 +28,9 @@ from ..flat.model import (
     Type,
     Variable,
 )
+from ..flat.operands import parts, stated
 from ..flat.subscripts import element_name, subscripts
 from ..mechanics.kinematics.topology import classify
-from .asked import expressions, parts
 from .rewriting import apply, number, product, quotient, rewritten, undrawn
 from .starts import begun, rate_name
 from .twin import NotApplicable, Seen, States, Twin
@@ -99,7 +99,7 @@ def _count(model: FlatModel) -> int:
 def held_coordinates(model: FlatModel) -> set[str]:
     """Return the coordinates that statements name as such: what is asked of them, what sets or prescribes them."""
     single = {v.name for v in model.variables if not v.type.shape}
-    asked = [p for p in parts(expressions(model)) if isinstance(p, Query)]
+    asked = [p for p in parts(stated(model)) if isinstance(p, Query)]
     held = {p.target for p in asked if p.function != "momentum" or p.target not in single}
     for e in model.events:
         actions = [a for branch in e.branches for a in branch.actions]

@@ -19,7 +19,7 @@ from ..flat.model import (
     StartValue,
     Variable,
 )
-from .asked import expressions, parts
+from ..flat.operands import parts, stated
 from .coordinates import held_coordinates
 from .rewriting import named as whole
 from .rewriting import number, product, quotient, undrawn
@@ -31,7 +31,7 @@ POWERS = (-3, -2, 2, 3)
 def nominal_sizes(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
     """Write each coordinate that states a nominal value as a power of two times another one, each by its own."""
     held = held_coordinates(model)
-    held |= {p.target for p in parts(expressions(model)) if isinstance(p, Query)}
+    held |= {p.target for p in parts(stated(model)) if isinstance(p, Query)}
     chosen = [
         v
         for v in model.variables

@@ -10,8 +10,9 @@ from msgspec.structs import replace
 from mechc.lang.diagnostics import Reporter
 
 from ..flat.model import Apply, Expression, FlatModel, Kind
+from ..flat.operands import with_operands
 from ..mechanics.kinematics.topology import classify
-from .rewriting import rewritten, undrawn, with_operands
+from .rewriting import rewritten, undrawn
 from .twin import Seen, Twin
 
 SHUFFLED = ("variables", "definitions", "energies", "masses", "inertias", "loads", "dampings", "frictions", "constraints",

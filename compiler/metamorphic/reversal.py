@@ -8,8 +8,8 @@ from random import Random
 from msgspec.structs import replace
 
 from ..flat.model import Apply, Derivative, Drive, Expression, FlatModel, Kind, Load, Name, Query, Role
-from ..flat.operands import stated
-from .asked import RATES, ModelFacts, defined_by, felt, parts
+from ..flat.operands import parts, stated
+from .asked import RATES, ModelFacts, defined_by, felt
 from .rewriting import Rewriting, everywhere, measured, negative, number, total, undrawn
 from .starts import begun
 from .twin import NotApplicable, Seen, Twin
@@ -58,7 +58,7 @@ def _refuse(model: FlatModel) -> None:
     for what in LOSING:
         if getattr(model, what):
             raise NotApplicable(f"{what} have no way back")
-    if any(isinstance(p, Apply) and p.function == "delay" for p in parts(list(stated(model)))):
+    if any(isinstance(p, Apply) and p.function == "delay" for p in parts(stated(model))):
         raise NotApplicable("what looks back would look ahead")
     if any(e.kind == "dissipation" for e in model.energies):
         raise NotApplicable("what it dissipates has no way back")

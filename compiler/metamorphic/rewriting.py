@@ -14,60 +14,21 @@ from mechc.lang.source import Placed, Span
 from ..flat import types
 from ..flat.model import (
     Apply,
-    Array,
     Attributes,
-    Derivative,
-    Element,
     Expression,
-    FieldDerivative,
     FlatModel,
     Literal,
     Name,
     Origin,
-    Previous,
-    Quadrature,
-    Query,
     Select,
     Type,
-    Where,
 )
-from ..flat.operands import children
+from ..flat.operands import children, with_operands
 
 KEPT = (Origin, Type, Attributes, Span)
 """Parts of a model that hold no expressions of its motion."""
 Change = Callable[[Expression], Expression]
 T = TypeVar("T")
-
-
-def with_operands(expression: Expression, operands: tuple[Expression, ...]) -> Expression:
-    """Return the same expression of other operands, in the order of ``children``."""
-    if all(a is b for a, b in zip(operands, children(expression), strict=True)):
-        return expression
-    match expression:
-        case Apply():
-            return replace(expression, arguments=operands)
-        case Array():
-            return replace(expression, elements=operands)
-        case Element():
-            return replace(expression, base=operands[0])
-        case Select():
-            condition, then, otherwise = operands
-            return replace(expression, condition=condition, then=then, otherwise=otherwise)
-        case Derivative() | Previous():
-            return replace(expression, operand=operands[0])
-        case Query():
-            return replace(expression, arguments=operands)
-        case Quadrature():
-            lower, upper, body = operands
-            return replace(expression, lower=lower, upper=upper, body=body)
-        case FieldDerivative():
-            place, body = operands
-            return replace(expression, place=place, body=body)
-        case Where():
-            *values, body = operands
-            return replace(expression, values=tuple(values), body=body)
-        case _:
-            raise TypeError(f"{type(expression).__name__} has operands that are not known here")
 
 
 class Rewriting:

@@ -24,9 +24,9 @@ from ..flat.model import (
     Name,
     Query,
 )
-from ..flat.operands import children
+from ..flat.operands import children, with_operands
 from .asked import ModelFacts, defined_by, felt
-from .rewriting import apply, everywhere, measured, number, total, undrawn, with_operands
+from .rewriting import apply, everywhere, measured, number, total, undrawn
 from .twin import ACCOUNTS, NotApplicable, Seen, Twin
 
 SHIFT = (Fraction(7, 10), Fraction(-2, 5), Fraction(1, 2))
@@ -183,9 +183,8 @@ class _Turned:
             moved = total(made, self.shift, "subtract")
             return self.components(moved)
         of_joint = e.function in ("reaction", "moment") and any(j.name == e.target for j in self.old.joints)
-        return (
-            self.components(made) if of_joint and e.type.shape else made
-        )  # those of drives are along coordinates
+        # those of drives are along coordinates
+        return self.components(made) if of_joint and e.type.shape else made
 
     def applied(self, e: Apply) -> Expression:
         given = e.arguments

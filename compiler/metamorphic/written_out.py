@@ -8,7 +8,7 @@ from msgspec.structs import replace
 
 from ..flat import types
 from ..flat.model import Apply, Array, Contact, Element, Expression, FlatModel, Load, Query
-from .asked import expressions, parts
+from ..flat.operands import parts, stated
 from .rewriting import apply, measured, negative, product, rewritten, total, undrawn
 from .rewriting import number as constant
 from .twin import ACCOUNTS, NotApplicable, Seen, Twin
@@ -30,14 +30,14 @@ def written_out(model: FlatModel, seen: Seen | None, random: Random) -> Twin:
         return found
 
     made = rewritten(undrawn(model), change)
-    asked = {p.target for p in parts(expressions(model)) if isinstance(p, Query) and p.function == "power"}
+    asked = {p.target for p in parts(stated(model)) if isinstance(p, Query) and p.function == "power"}
     loads: list[Load] = []
     for load in made.loads:
         if load.name in asked or (load.frame is None and load.source is None):
             loads.append(load)
             continue
         said["loads"] = None
-        loads += _apart(load)
+        loads += _load_and_opposite(load)
     contacts = tuple(_turned(c) for c in made.contacts)
     if contacts != made.contacts:
         said["slips"] = None
@@ -70,7 +70,7 @@ def _relative(model: FlatModel, e: Apply) -> Expression | None:
             return None
 
 
-def _apart(load: Load) -> list[Load]:
+def _load_and_opposite(load: Load) -> list[Load]:
     """Return a load in the world, and its opposite."""
     value = load.value
     if load.frame is not None and value.type.shape:

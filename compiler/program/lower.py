@@ -220,11 +220,9 @@ class _Statements:
         self.body.append(Store(array, index, self.place[n], guarded))
 
 
-def lower_function(
-    graph: Graph, layout: Mapping[Node, Slot], function: Function, constants: Mapping[Node, int]
-) -> ProgramFunction:
-    """Return a function in one body; ``constants``: places in p of nodes that are known."""
-    (lowered,) = _lowered(graph, layout, [_plan(function, constants, {})])
+def lower_function(graph: Graph, layout: Mapping[Node, Slot], function: Function) -> ProgramFunction:
+    """Return a function in one body."""
+    (lowered,) = _lowered(graph, layout, [_plan(function, {}, {})])
     return lowered
 
 

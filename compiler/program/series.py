@@ -261,8 +261,8 @@ class _Series:
         behind = padded(len(self.slots))
         layout |= {self.order: Slot("t", 0), self.over: Slot("u", behind), self.time: Slot("u", behind + 1)}
         return (
-            lower_function(graph, place, start, {}),
-            lower_function(graph, layout, following, {}),
+            lower_function(graph, place, start),
+            lower_function(graph, layout, following),
         )
 
     def plan(self) -> SeriesPlan:

@@ -152,7 +152,7 @@ def account_of(system: MechanicalSystem, *, latex: bool) -> EquationList:
             EquationSection(title, tuple(kinds[kind]), meaning) for kind, (title, meaning) in SWITCHED.items()
         ),
         tuple(
-            write(_momentum_name(system.v[i].of, latex), m)
+            write(rf"p_{{{latex_name(system.v[i].of)}}}" if latex else f"p[{system.v[i].of}]", m)
             for i, m in zip(free, momenta, strict=True)
             if m is not None
         ),
@@ -203,10 +203,6 @@ class _Writer:
             return ()
         count = self.graph.count_operations
         return tuple(EquationLine(name, decimals(e), count([node])) for name, node, e in self.short.defined)
-
-
-def _momentum_name(name: str, latex: bool) -> str:
-    return rf"p_{{{latex_name(name)}}}" if latex else f"p[{name}]"
 
 
 def _kind(mode: Mode | None) -> str:

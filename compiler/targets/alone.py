@@ -32,9 +32,9 @@ def check_nothing_found(program: Program, library: str) -> None:
     entry = program.arrays["p"][program.found[0]]
     raise Reporter().fail(
         "E0909",
-        f"the start finds the parameter '{entry.name}', and a module for {library} makes no start",
+        f"the parameter '{entry.name}' is found at the start of a run, and a module for {library} finds no start",
         None,
-        help=f"write the value that 'mechc init' tells in the model, as '{entry.name} = ..', and leave out the initial condition",
+        help=f"write the value that 'mechc init' prints into the model, '{entry.name} = ..', and leave out the initial condition",
     )
 
 

@@ -265,7 +265,7 @@ def _hybrid(program: Program, plan: HybridPlan) -> StructPointer:
             **({"crowd": _crowd(plan.crowd, program.nq)} if plan.crowd is not None else {}),
             **({"shares": _shares(plan)} if plan.shares else {}),
             **({"narrow": 1} if program.narrow_events else {}),
-            **_told(plan),
+            **_fields_of_laws(plan),
             **({"n_leading_switches": plan.leading[0]} if plan.leading[0] else {}),
             **({"n_leading_branches": plan.leading[1]} if plan.leading[1] else {}),
         },
@@ -289,7 +289,7 @@ def _delays(plan: DelayPlan) -> StructPointer:
     )
 
 
-def _told(plan: HybridPlan) -> dict[str, Value]:
+def _fields_of_laws(plan: HybridPlan) -> dict[str, Value]:
     """Return the fields of what laws are told, where they are."""
     place, count = plan.told
     return {"n_told": count, "first_told": place, "told": FunctionPointer("told")} if count else {}

@@ -26,9 +26,8 @@ COLOURS = re.compile(r"</?span\b[^>]*>")
 def on_startup(**_: object) -> None:
     """Search for no cyclic garbage: the build ends soon, and the search is a tenth of it. Search once for each lexer."""
     gc.disable()
-    highlight.get_lexer_by_name = cache(
-        highlight.get_lexer_by_name
-    )  # for each text again, among all languages
+    # for each text again, among all languages
+    highlight.get_lexer_by_name = cache(highlight.get_lexer_by_name)
 
 
 def on_config(config: Any) -> Any:

@@ -1,4 +1,8 @@
-"""What the actions of the grammar share: the builder, texts, numbers and dotted names."""
+"""What the actions of the grammar share: the builder, texts, numbers, dotted names, and actions that only name children.
+
+An action gets the children of its rule in the order of ``mech.lark``, with None for a part in brackets that is left out; tokens
+are children too.
+"""
 
 from __future__ import annotations
 
@@ -101,3 +105,59 @@ def plain_type(b: Builder, type: str | ast.Expression, what: str) -> str:
         help="it stands before parameters, coordinates, states, inputs, outputs, discrete variables and 'let'",
     )
     return ""
+
+
+# ---------------------------------------------------------------- actions that only name children
+
+Made = Callable[[Builder, Children], Any]
+"""What a field is made of children."""
+
+
+def word(place: int) -> Made:
+    """Take a token as it is written."""
+    return lambda b, c: c[place].text
+
+
+def path(place: int) -> Made:
+    """Take a dotted name."""
+    return lambda b, c: dotted(c[place])
+
+
+def items(place: int) -> Made:
+    """Take a list, which is empty where it is left out."""
+    return lambda b, c: items_of(c[place])
+
+
+def text(place: int) -> Made:
+    """Take what a string stands for."""
+    return lambda b, c: text_of(b, c[place])
+
+
+def always(value: object) -> Made:
+    return lambda b, c: value
+
+
+def node(kind: Callable[..., ast.Node], /, **fields: int | Made) -> Action:
+    """Return the action that makes a node; a field is a child, by its number, or made of children."""
+    children = [(name, field) for name, field in fields.items() if isinstance(field, int)]
+    made = [(name, field) for name, field in fields.items() if not isinstance(field, int)]
+
+    def action(b: Builder, c: Children, span: Span) -> ast.Node:
+        values = {name: c[place] for name, place in children}
+        for name, make in made:
+            values[name] = make(b, c)
+        return kind(span=span, **values)
+
+    return action
+
+
+def statement(kind: Callable[..., ast.Statement], /, **fields: int | Made) -> Action:
+    """Return the action that makes a statement: its rule ends with ``[STRING] SEMICOLON``."""
+    return node(kind, doc=text(-2), **fields)
+
+
+def picked(*places: int) -> Action:
+    """Return the action that takes these children, or the only one."""
+    if len(places) == 1:
+        return lambda b, c, span: c[places[0]]
+    return lambda b, c, span: tuple([c[place] for place in places])

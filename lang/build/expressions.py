@@ -1,4 +1,4 @@
-"""Actions of the grammar that build expressions; see ``statements.py`` for what they get."""
+"""Actions of the grammar that build expressions, where these are more than named children (``rules.py``)."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from .. import ast
 from ..grammar.lexer import Token
 from ..source import Span
-from .builder import Builder, Children, items_of, text_of, value_of
+from .builder import Builder, Children, items_of, value_of
 
 
 def _subscripted(base: ast.Expression, indices: list[Any] | None, span: Span) -> ast.Expression:
@@ -22,10 +22,6 @@ def _up_to(span: Span, last: Token) -> Span:
 def conditional(b: Builder, c: Children, span: Span) -> ast.Conditional:
     first = ast.Branch(condition=c[1], value=c[3], span=c[1].span.to(c[3].span))
     return ast.Conditional(branches=(first, *c[4]), otherwise=c[6], span=span)
-
-
-def elseif(b: Builder, c: Children, span: Span) -> ast.Branch:
-    return ast.Branch(condition=c[1], value=c[3], span=span)
 
 
 def binary(b: Builder, c: Children, span: Span) -> ast.Binary:
@@ -83,6 +79,14 @@ def _number(e: ast.Expression) -> Fraction | None:
                 return None
 
 
+def reference(b: Builder, c: Children, span: Span) -> ast.Reference:
+    return ast.Reference(parts=tuple(c[0]), span=span)
+
+
+def part(b: Builder, c: Children, span: Span) -> ast.Part:
+    return ast.Part(name=c[0].text, indices=items_of(c[1]), span=span)
+
+
 def power(b: Builder, c: Children, span: Span) -> ast.Binary:
     base, sign, exponent = c
     if isinstance(base, ast.Quantity) or (isinstance(base, ast.Parenthesis | ast.Vector) and base.unit):
@@ -95,10 +99,6 @@ def power(b: Builder, c: Children, span: Span) -> ast.Binary:
     return ast.Binary(operator="^", left=base, right=exponent, span=span)
 
 
-def unary(b: Builder, c: Children, span: Span) -> ast.Unary:
-    return ast.Unary(operator=c[0].text, operand=c[1], span=span)
-
-
 def number(b: Builder, c: Children, span: Span) -> ast.Number:
     text = c[0].text
     return ast.Number(value=value_of(b, text, span), text=text, span=span)
@@ -107,22 +107,6 @@ def number(b: Builder, c: Children, span: Span) -> ast.Number:
 def quantity(b: Builder, c: Children, span: Span) -> ast.Quantity:
     text, unit = c[0].text.split()
     return ast.Quantity(value=value_of(b, text, span), unit=unit, text=text, span=span)
-
-
-def string(b: Builder, c: Children, span: Span) -> ast.String:
-    return ast.String(value=text_of(b, c[0]), span=span)
-
-
-def true(b: Builder, c: Children, span: Span) -> ast.Boolean:
-    return ast.Boolean(value=True, span=span)
-
-
-def false(b: Builder, c: Children, span: Span) -> ast.Boolean:
-    return ast.Boolean(value=False, span=span)
-
-
-def time(b: Builder, c: Children, span: Span) -> ast.Time:
-    return ast.Time(span=span)
 
 
 def derivative(b: Builder, c: Children, span: Span) -> ast.Expression:
@@ -203,33 +187,5 @@ def aggregated(b: Builder, c: Children, span: Span) -> ast.Expression:
     return _subscripted(base, indices, span)
 
 
-def whole(b: Builder, c: Children, span: Span) -> ast.Whole:
-    return ast.Whole(span=span)
-
-
-def keyword(b: Builder, c: Children, span: Span) -> ast.Keyword:
-    return ast.Keyword(name=c[0].text, value=c[2], span=span)
-
-
-def aggregate(b: Builder, c: Children, span: Span) -> ast.Aggregate:
-    return ast.Aggregate(element=c[0], generators=tuple(c[1]), span=span)
-
-
 def generator(b: Builder, c: Children, span: Span) -> ast.Generator:
     return ast.Generator(name=c[1].text, range=c[3], joined=c[0].kind == "COMMA", span=span)
-
-
-def reference(b: Builder, c: Children, span: Span) -> ast.Reference:
-    return ast.Reference(parts=tuple(c[0]), span=span)
-
-
-def part(b: Builder, c: Children, span: Span) -> ast.Part:
-    return ast.Part(name=c[0].text, indices=items_of(c[1]), span=span)
-
-
-def unit_range(b: Builder, c: Children, span: Span) -> ast.Range:
-    return ast.Range(start=c[0], stop=c[2], span=span)
-
-
-def stepped_range(b: Builder, c: Children, span: Span) -> ast.Range:
-    return ast.Range(start=c[0], stop=c[4], step=c[2], span=span)

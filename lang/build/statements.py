@@ -1,8 +1,4 @@
-"""Actions of the grammar that build statements and definitions.
-
-An action gets the children of its rule in the order of ``mech.lark``, with None for a part in
-brackets that is left out; tokens are children too.
-"""
+"""Actions of the grammar that build statements and definitions, where these are more than named children (``rules.py``)."""
 
 from __future__ import annotations
 
@@ -15,25 +11,13 @@ from ..grammar.keywords import KEYWORDS
 from ..grammar.lexer import Token
 from ..source import Span
 from ..units import UnitError, parse_unit
-from .builder import Builder, Children, dotted, items_of, plain_type, text_of
+from .builder import Action, Builder, Children, dotted, items_of, plain_type, text_of
 
 # ---------------------------------------------------------------- files
 
 
 def start(b: Builder, c: Children, span: Span) -> tuple[ast.Statement, ...]:
     return tuple(c[0])
-
-
-def import_path(b: Builder, c: Children, span: Span) -> ast.Import:
-    return ast.Import(path=dotted(c[1]), doc=text_of(b, c[2]), span=span)
-
-
-def import_all(b: Builder, c: Children, span: Span) -> ast.Import:
-    return ast.Import(path=dotted(c[1]), names=("*",), doc=text_of(b, c[4]), span=span)
-
-
-def import_alias(b: Builder, c: Children, span: Span) -> ast.Import:
-    return ast.Import(path=dotted(c[3]), alias=c[1].text, doc=text_of(b, c[4]), span=span)
 
 
 def import_names(b: Builder, c: Children, span: Span) -> ast.Import:
@@ -134,10 +118,6 @@ def type_definition(b: Builder, c: Children, span: Span) -> ast.Type:
 # ---------------------------------------------------------------- declarations
 
 
-def extends(b: Builder, c: Children, span: Span) -> ast.Extends:
-    return ast.Extends(base=dotted(c[1]), modifications=items_of(c[2]), doc=text_of(b, c[3]), span=span)
-
-
 def untyped(b: Builder, c: Children, span: Span) -> tuple[str, Token, tuple[ast.Dimension, ...]]:
     return "", c[0], items_of(c[1])
 
@@ -164,13 +144,24 @@ def _declaration(b: Builder, typed: Any, attributes: Any, doc: Token | None, spa
     }
 
 
+def declaration(kind: type[ast.Declaration], field: str, *, attributes: bool = True) -> Action:
+    """Return the action of a declaration whose value or start is ``field``; ``attributes``: its type may have some."""
+
+    def action(b: Builder, c: Children, span: Span) -> ast.Declaration:
+        typed, *modifications, value, doc, _ = c[1:]
+        common = _declaration(b, typed, modifications[0] if attributes else None, doc, span)
+        return kind(**{field: value}, **common)
+
+    return action
+
+
 def parameter(b: Builder, c: Children, span: Span) -> ast.Parameter:
     common = _declaration(b, c[2], c[3], c[5], span)
     value, found = (None, False) if c[4] is None else (c[4].value, c[4].guess)
     if found and c[0] is not None:
         b.reporter.error(
             "E0134",
-            "a structural parameter is known while compiling, so the start cannot find it",
+            "a structural parameter must be known at compile time, so a run cannot solve for it",
             c[4].span,
             help="write '=', or leave 'structural' out",
         )
@@ -178,29 +169,9 @@ def parameter(b: Builder, c: Children, span: Span) -> ast.Parameter:
     return ast.Parameter(structural=c[0] is not None, value=value, found=found, **common)
 
 
-def coordinate(b: Builder, c: Children, span: Span) -> ast.Coordinate:
-    return ast.Coordinate(start=c[3], **_declaration(b, c[1], c[2], c[4], span))
-
-
-def state(b: Builder, c: Children, span: Span) -> ast.State:
-    return ast.State(start=c[3], **_declaration(b, c[1], c[2], c[4], span))
-
-
-def discrete(b: Builder, c: Children, span: Span) -> ast.Discrete:
-    return ast.Discrete(value=c[3], **_declaration(b, c[1], c[2], c[4], span))
-
-
-def input(b: Builder, c: Children, span: Span) -> ast.Input:
-    return ast.Input(value=c[3], **_declaration(b, c[1], c[2], c[4], span))
-
-
 def output(b: Builder, c: Children, span: Span) -> ast.Output:
     value, guess = (None, False) if c[3] is None else (c[3].value, c[3].guess)
     return ast.Output(value=value, guess=guess, **_declaration(b, c[1], c[2], c[4], span))
-
-
-def let(b: Builder, c: Children, span: Span) -> ast.Let:
-    return ast.Let(value=c[2], **_declaration(b, c[1], None, c[3], span))
 
 
 def unpacked(b: Builder, c: Children, span: Span) -> ast.Unpacked:
@@ -215,14 +186,6 @@ def unpacked(b: Builder, c: Children, span: Span) -> ast.Unpacked:
         for k, name in enumerate(names)
     )
     return ast.Unpacked(lets=lets, doc=text_of(b, c[5]), span=span)
-
-
-def variable(b: Builder, c: Children, span: Span) -> ast.Var:
-    return ast.Var(value=c[2], **_declaration(b, c[1], None, c[3], span))
-
-
-def returned(b: Builder, c: Children, span: Span) -> ast.Return:
-    return ast.Return(values=(c[1],), doc=text_of(b, c[2]), span=span)
 
 
 def return_several(b: Builder, c: Children, span: Span) -> ast.Return:
@@ -243,34 +206,13 @@ def component(b: Builder, c: Children, span: Span) -> ast.Component:
         word, place = type[0].text, b.span(type[0])
         if word in ("var", "return"):
             help = "a model names formulas by 'let' and reports by 'output'"
-            b.reporter.error("E0133", f"'{word}' stands only in a function", place, help=help)
+            b.reporter.error("E0133", f"'{word}' is allowed only in a function", place, help=help)
         else:
             b.reporter.error("E0110", f"'{word}' cannot begin a statement here", place)
     common = _declaration(b, (dotted(type), name, items_of(dimensions)), None, doc, span)
     return ast.Component(
         cut=cut is not None, modifications=items_of(modifications), condition=condition, **common
     )
-
-
-def second(b: Builder, c: Children, span: Span) -> Any:
-    """Return the second of the children: what stands between brackets or after a word."""
-    return c[1]
-
-
-def known_start(b: Builder, c: Children, span: Span) -> ast.Start:
-    return ast.Start(value=c[1], guess=False, span=span)
-
-
-def guessed_start(b: Builder, c: Children, span: Span) -> ast.Start:
-    return ast.Start(value=c[1], guess=True, span=span)
-
-
-def extent(b: Builder, c: Children, span: Span) -> ast.Dimension:
-    return ast.Dimension(size=c[0], span=span)
-
-
-def indexed_extent(b: Builder, c: Children, span: Span) -> ast.Dimension:
-    return ast.Dimension(size=c[2], name=c[0].text, span=span)
 
 
 def modify(b: Builder, c: Children, span: Span) -> ast.Modification:
@@ -305,68 +247,15 @@ def bare(b: Builder, c: Children, span: Span) -> ast.Modification:
             help = f"a start is the value itself: '{name} = {start_value}', or '{name} ~ {start_value}' for a guess"
     elif isinstance(value, ast.Reference | ast.Number | ast.Quantity):
         help = (
-            f"write 'name = {value.span.text}', such as 'from = {value.span.text}' of what acts on one side"
+            f"write 'name = {value.span.text}'; for a part that acts on one side, 'from = {value.span.text}'"
         )
         if isinstance(value, ast.Reference) and (value.span.text == "world" or len(value.parts) == 2):
-            help += f", or of two frames that are joined '{value.span.text} -> other.a'"
+            help += f"; for a joint between two frames, '{value.span.text} -> other.a'"
     b.reporter.error("E0127", message, span, help=help)
     return ast.Modification(target=value, kind="=", value=value, span=span)
 
 
 # ---------------------------------------------------------------- mechanics
-
-
-def energy(b: Builder, c: Children, span: Span) -> ast.Energy:
-    return ast.Energy(kind=c[0].text, value=c[1], doc=text_of(b, c[2]), span=span)
-
-
-def gravity(b: Builder, c: Children, span: Span) -> ast.Gravity:
-    return ast.Gravity(value=c[1], doc=text_of(b, c[2]), span=span)
-
-
-def mass(b: Builder, c: Children, span: Span) -> ast.Mass:
-    return ast.Mass(value=c[1], at=c[3], doc=text_of(b, c[4]), span=span)
-
-
-def inertia(b: Builder, c: Children, span: Span) -> ast.Inertia:
-    return ast.Inertia(value=c[1], on=c[3], doc=text_of(b, c[4]), span=span)
-
-
-def force(b: Builder, c: Children, span: Span) -> ast.Load:
-    _, label, value, _, on, at, source, frame, doc, _ = c
-    return ast.Load(
-        kind="force",
-        label=label,
-        value=value,
-        on=on,
-        at=at,
-        source=source,
-        frame=frame,
-        doc=text_of(b, doc),
-        span=span,
-    )
-
-
-def torque(b: Builder, c: Children, span: Span) -> ast.Load:
-    _, label, value, _, on, source, frame, doc, _ = c
-    return ast.Load(
-        kind="torque",
-        label=label,
-        value=value,
-        on=on,
-        source=source,
-        frame=frame,
-        doc=text_of(b, doc),
-        span=span,
-    )
-
-
-def damping(b: Builder, c: Children, span: Span) -> ast.Damping:
-    return ast.Damping(label=c[1], value=c[2], on=c[4], doc=text_of(b, c[5]), span=span)
-
-
-def sides(b: Builder, c: Children, span: Span) -> tuple[Any, Any]:
-    return c[1], c[3]
 
 
 def two_sided_friction(b: Builder, c: Children, span: Span) -> ast.Friction:
@@ -383,41 +272,6 @@ def two_sided_friction(b: Builder, c: Children, span: Span) -> ast.Friction:
         doc=text_of(b, doc),
         span=span,
     )
-
-
-def friction(b: Builder, c: Children, span: Span) -> ast.Friction:
-    _, label, kinetic, static, _, on, options, doc, _ = c
-    return ast.Friction(
-        label=label,
-        kinetic=kinetic,
-        static=static,
-        on=on,
-        options=tuple(options),
-        doc=text_of(b, doc),
-        span=span,
-    )
-
-
-def constraint(b: Builder, c: Children, span: Span) -> ast.Constraint:
-    return ast.Constraint(
-        kind="", label=c[1], left=c[2], right=c[4], by=c[5], doc=text_of(b, c[6]), span=span
-    )
-
-
-def by_load(b: Builder, c: Children, span: Span) -> ast.Effort:
-    return ast.Effort(kind=c[1].text, on=c[3], span=span)
-
-
-def by_input(b: Builder, c: Children, span: Span) -> ast.Effort:
-    return ast.Effort(kind="input", on=c[1], span=span)
-
-
-def asserted_constraint(b: Builder, c: Children, span: Span) -> ast.Constraint:
-    return ast.Constraint(kind=c[0].text, label=c[2], left=c[3], right=c[5], doc=text_of(b, c[6]), span=span)
-
-
-def drive(b: Builder, c: Children, span: Span) -> ast.Drive:
-    return ast.Drive(target=c[1], value=c[3], doc=text_of(b, c[4]), span=span)
 
 
 def contact(b: Builder, c: Children, span: Span) -> ast.Contact:
@@ -451,55 +305,6 @@ def contact_of_shapes(b: Builder, c: Children, span: Span) -> ast.ContactOfShape
     )
 
 
-def friction_first(b: Builder, c: Children, span: Span) -> tuple[Any, Any, Any]:
-    return c[0], c[1], c[2]
-
-
-def restitution_first(b: Builder, c: Children, span: Span) -> tuple[Any, Any, Any]:
-    return c[1], c[0], c[2]
-
-
-def shape(b: Builder, c: Children, span: Span) -> ast.Shape:
-    _, label, type, modifications, on, at, doc, _ = c
-    return ast.Shape(
-        label=label,
-        type=dotted(type),
-        modifications=items_of(modifications),
-        on=on,
-        at=at,
-        doc=text_of(b, doc),
-        span=span,
-    )
-
-
-def slip(b: Builder, c: Children, span: Span) -> tuple[Any, Any, Any]:
-    return c[1], c[2], c[3]
-
-
-def option(b: Builder, c: Children, span: Span) -> ast.Option:
-    return ast.Option(name=c[1].text, value=c[3], span=span)
-
-
-def label(b: Builder, c: Children, span: Span) -> ast.LabelName:
-    return ast.LabelName(name=c[0].text, indices=items_of(c[1]), span=span)
-
-
-def place(b: Builder, c: Children, span: Span) -> ast.Place:
-    return ast.Place(target=c[1], value=c[3], doc=text_of(b, c[4]), span=span)
-
-
-def closure(b: Builder, c: Children, span: Span) -> ast.Closure:
-    return ast.Closure(left=c[1], right=c[3], doc=text_of(b, c[4]), span=span)
-
-
-def initial(b: Builder, c: Children, span: Span) -> ast.Initial:
-    return ast.Initial(target=c[1], start=c[2], doc=text_of(b, c[3]), span=span)
-
-
-def stationary_start(b: Builder, c: Children, span: Span) -> ast.StationaryStart:
-    return ast.StationaryStart(targets=tuple(c[2] or ()), doc=text_of(b, c[3]), span=span)
-
-
 def equation(b: Builder, c: Children, span: Span) -> ast.Equation:
     if b.source.position(c[0].end)[0] != b.source.position(c[1].span.start)[0]:
         b.reporter.error(
@@ -511,31 +316,13 @@ def equation(b: Builder, c: Children, span: Span) -> ast.Equation:
     return ast.Equation(left=c[1], right=c[3], doc=text_of(b, c[4]), span=span)
 
 
-def exact(b: Builder, c: Children, span: Span) -> ast.Exact:
-    return ast.Exact(left=c[1], right=c[3], doc=text_of(b, c[4]), span=span)
-
-
-def assertion(b: Builder, c: Children, span: Span) -> ast.Assert:
-    return ast.Assert(condition=c[1], message=text_of(b, c[3]), doc=text_of(b, c[4]), span=span)
-
-
 def experiment(b: Builder, c: Children, span: Span) -> ast.Experiment:
     name = "" if c[1] is None else c[1].text
     return ast.Experiment(name=name, settings=items_of(c[2]), doc=text_of(b, c[3]), span=span)
 
 
-def study(b: Builder, c: Children, span: Span) -> ast.Study:
-    return ast.Study(
-        name=c[1].text, kind=c[3].text, settings=tuple(c[5] or ()), doc=text_of(b, c[7]), span=span
-    )
-
-
 def study_setting(b: Builder, c: Children, span: Span) -> ast.StudySetting:
     return ast.StudySetting(name=c[0].text, value=c[2], within=c[4] if len(c) > 3 else None, span=span)
-
-
-def dimensionless(b: Builder, c: Children, span: Span) -> ast.Dimensionless:
-    return ast.Dimensionless(doc=text_of(b, c[1]), span=span)
 
 
 # ---------------------------------------------------------------- what is drawn
@@ -561,10 +348,6 @@ def draw(b: Builder, c: Children, span: Span) -> ast.Draw:
     )
 
 
-def sampled(b: Builder, c: Children, span: Span) -> ast.Generator:
-    return ast.Generator(name=c[0].text, range=c[2], span=span)
-
-
 def _order(argument: ast.Node) -> int:
     return 1 if isinstance(argument, ast.Keyword) else 2 if isinstance(argument, ast.Generator) else 0
 
@@ -588,16 +371,12 @@ def inequality(b: Builder, c: Children, span: Span) -> ast.Inequality | ast.Cons
         case _:
             b.reporter.error(
                 "E0132",
-                "a constraint is an equation, or, of a curve, an inequality",
+                "a constraint is an equation or, for a curve, an inequality",
                 condition.span,
                 caption="this has one side only",
                 help=f"write 'constraint {condition.span.text} = 0;' or 'constraint {condition.span.text} >= 0;'",
             )
     return ast.Inequality(label=c[1], condition=condition, doc=text_of(b, c[3]), span=span)
-
-
-def final(b: Builder, c: Children, span: Span) -> ast.Final:
-    return ast.Final(target=c[1], start=c[2], doc=text_of(b, c[3]), span=span)
 
 
 def independent(b: Builder, c: Children, span: Span) -> ast.Independent:
@@ -609,11 +388,3 @@ def independent(b: Builder, c: Children, span: Span) -> ast.Independent:
     return ast.Independent(
         name=name.text, type=type, lower=lower, upper=upper, doc=text_of(b, c[3]), span=span
     )
-
-
-def interval(b: Builder, c: Children, span: Span) -> tuple[Any, Any]:
-    return c[1], c[3]
-
-
-def stationary(b: Builder, c: Children, span: Span) -> ast.Stationary:
-    return ast.Stationary(value=c[1], doc=text_of(b, c[2]), span=span)

@@ -96,7 +96,7 @@ def _refuse_reordering(source: SourceFile, piece: tuple[int, int], reporter: Rep
             "E0131",
             f"an invisible character changes the order in which the text is shown: U+{ord(match[0]):04X} {name.lower()}",
             Span(source, *match.span()),
-            help="delete it: what is read here is not what an editor shows",
+            help="delete it: an editor shows this text in another order than it is compiled",
         )
     if found:
         raise CompileError(reporter.diagnostics)
@@ -193,7 +193,7 @@ class _Lexer:
     def foreign(self, start: int, end: int) -> int:
         sign = self.text[start:end]
         replacement, help = _FOREIGN[sign]
-        self.error("E0121", f"'{sign}' is not a sign of this language", start, end, help=help)
+        self.error("E0121", f"'{sign}' is not a symbol of this language", start, end, help=help)
         last = self.tokens[-1] if self.tokens else None
         if sign in "\u00b2\u00b3" and last and last.kind in ("QUANTITY", "UNITTAG") and last.end == start:
             power = "".join(text for _, text in replacement)

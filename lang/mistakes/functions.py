@@ -90,7 +90,7 @@ def step_outside(s: Situation) -> Finding | None:
         "var": "a formula has a name by 'let', a value that jumps is 'discrete', one with a rate is a 'state'",
         "return": "a model reports by 'output y = ..;'",
     }[first.text]
-    return error("E0133", f"'{first.text}' stands only in a function", s.span(first), help=help), Panic()
+    return error("E0133", f"'{first.text}' is allowed only in a function", s.span(first), help=help), Panic()
 
 
 def function_head(s: Situation) -> Finding | None:

@@ -28,7 +28,7 @@ _CONDITIONS = ("IF", "ELSEIF", "WHEN", "ELSEWHEN", "ASSERT", "AND", "OR", "NOT",
 
 # Words that Modelica has and this language has not, with what to write.
 _MODELICA: Mapping[str, str] = {
-    "connect": "a part is connected where it stands: a joint to frames, 'Revolute pin(world -> bar.a);', a part of one dimension to angles "
+    "connect": "connect a part where you declare it: a joint to frames, 'Revolute pin(world -> bar.a);', a part of one dimension to angles "
     "or lengths, 'Gear g(motor.angle -> load.angle);'",
     "algorithm": "a model has no steps: write 'let', 'equation der(x) = ..;' or 'when', steps in a 'function'",
     "annotation": "write 'experiment(stop = 10 s);' for the run; there are no other annotations",
@@ -126,7 +126,7 @@ def assignment_sign(s: Situation) -> Finding | None:
     if s.token.kind == "ASSIGN":
         problem = error(
             "E0118",
-            "':=' stands only in 'when' and in functions",
+            "':=' is allowed only in 'when' and in functions",
             s.span(s.token),
             help="write '=': what a model states holds at all times",
         )
@@ -273,7 +273,7 @@ def action_outside_when(s: Situation) -> Finding | None:
     first = s.tokens[s.first]
     if first.text not in ACTIONS or first.text in STATEMENTS or s.is_keyword(s.first):
         return None
-    message = f"'{first.text}' stands only in 'when'"
+    message = f"'{first.text}' is allowed only in 'when'"
     help = f"write 'when .. then {first.text} ..; end when;'"
     return error("E0110", message, s.span(first), help=help), Panic()
 
@@ -359,7 +359,7 @@ def reserved_word(s: Situation) -> Finding | None:
     word = s.token.text
     if word not in RESERVED or not s.accepts("NAME") or s.at_beginning or s.begins_line:
         return None
-    message = f"'{word}' is a word of the language and cannot be a name"
+    message = f"'{word}' is a reserved word and cannot be a name"
     problem = error("E0126", message, s.span(s.token), help=f"choose another name, for example '{word}_'")
     return problem, TokenEdit(delete=1, insert=(("NAME", f"{word}_"),))
 

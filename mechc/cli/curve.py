@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..requests.parse_values import UsageMistake
+from .files_of_runs import beside, wrote
 
 if TYPE_CHECKING:
     from ..api import Model
@@ -95,27 +96,17 @@ def _write(found: Curves, given: dict[str, Any], file: str, addition: str, displ
     every = [s for solutions in found.solutions for s in solutions]
     for i, solution in enumerate(every, start=1):
         digits = len(str(len(every)))
-        beside = addition + (f"-{i:0{digits}}" if len(every) > 1 else "")
+        number = addition + (f"-{i:0{digits}}" if len(every) > 1 else "")
         names = [*chosen_names(names_in(given["outputs"]), [*solution])] if given["outputs"] else []
         if given["output"]:
-            path = _beside(given["output"], beside)
+            path = beside(given["output"], number)
             solution.save(path, names or None, display.in_units if display else None)
-            _wrote(path, given)
+            wrote(path, quiet=given["quiet"])
         if given["plot"] is not None:
             from ..presentation.curve_plots import save_curve
 
-            path = _beside(given["plot"] or f"{Path(file).stem}.png", beside)
+            path = beside(given["plot"] or f"{Path(file).stem}.png", number)
             pictured = given["pictured"]
             pairs = [*chosen_pairs(names_in(pictured), [*solution])] if pictured else names
             save_curve(solution, path, pairs, display)
-            _wrote(path, given)
-
-
-def _wrote(path: Path, given: dict[str, Any]) -> None:
-    if not given["quiet"]:
-        click.echo(f"wrote {path}", err=True)
-
-
-def _beside(file: str, addition: str) -> Path:
-    path = Path(file)
-    return path.with_name(f"{path.stem}{addition}{path.suffix}")
+            wrote(path, quiet=given["quiet"])

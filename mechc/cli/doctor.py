@@ -62,9 +62,8 @@ def examine() -> Iterator[DoctorLine]:
     yield DoctorLine("python", f"{platform.python_version()} ({sys.executable})")
     for name in REQUIRED:
         yield _package(name, "bad", "pip install mechc brings it; this installation is damaged")
-    cache = (
-        _cache()
-    )  # before the compiler is tried: that takes another folder where this one cannot be written
+    # before the compiler is tried: that takes another folder where this one cannot be written
+    cache = _cache()
     yield _compiler()
     yield cache
     for name, use in OPTIONAL.items():

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from .files_of_runs import wrote
+
 if TYPE_CHECKING:
     from ..api import Model
     from ..runtime.ensembles.result import Ensemble
@@ -132,11 +134,11 @@ def run_ensemble(model: Model, file: str, given: dict[str, Any]) -> int:
     _report(runs, given)
     if given["output"]:
         runs.save(given["output"])
-        _wrote(given["output"], given)
+        wrote(given["output"], quiet=given["quiet"])
     if given["plot"] is not None:
         picture = given["plot"] or f"{Path(file).stem}.png"
         _draw(runs, picture)
-        _wrote(picture, given)
+        wrote(picture, quiet=given["quiet"])
     if not runs.complete:
         kept = f"; --resume goes on from {runs.counts().get('not made', 0)} left" if given["output"] else ""
         say(
@@ -161,8 +163,3 @@ def _report(runs: Ensemble, given: dict[str, Any]) -> None:
 
 def _draw(runs: Ensemble, picture: str) -> None:
     runs.plot(picture)
-
-
-def _wrote(path: str, given: dict[str, Any]) -> None:
-    if not given["quiet"]:
-        click.echo(f"wrote {path}", err=True)

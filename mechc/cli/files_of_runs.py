@@ -41,6 +41,12 @@ def beside(file: str, addition: str) -> Path:
     return path.with_name(f"{path.stem}{addition}{path.suffix}")
 
 
+def wrote(path: Path | str, *, quiet: bool) -> None:
+    """Say that a file was written."""
+    if not quiet:
+        click.echo(f"wrote {path}", err=True)
+
+
 def write(solution: Solution, path: Path, names: list[str], display: Display | None, *, quiet: bool) -> None:
     """Write results in SI, or in the units of --display."""
     solution.save(path, names or None, display.in_units if display else None)

@@ -18,7 +18,7 @@ from .failures import explain_failure, say, write_to_nobody
 
 COMMANDS = {
     "run": "Run a model and report how accurate the result is.",
-    "study": "Put one of the known questions to a model.",
+    "study": "Ask a question about a model.",
     "fit": "Find parameters and starts from measured motions.",
     "report": "Write a document on a model: HTML or PDF.",
     "bench": "Measure error against run time, for methods and tolerances.",

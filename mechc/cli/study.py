@@ -111,9 +111,7 @@ class Question(Compiling):
             raise
 
 
-@click.command(
-    cls=Studies, name="study", no_args_is_help=True, short_help="Put one of the known questions to a model."
-)
+@click.command(cls=Studies, name="study", no_args_is_help=True, short_help="Ask a question about a model.")
 def command() -> None:
     """Ask a question about a model.
 

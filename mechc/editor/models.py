@@ -106,9 +106,8 @@ class Models:
                 continue
             said = _assembled(looked.flat)
             if said and front.tree is not None and looked.flat.origin.span.file is not front.source:
-                again = _looked(
-                    front.tree, name, self._search
-                )  # it was kept: its places are those of another text
+                # it was kept: its places are those of another text
+                again = _looked(front.tree, name, self._search)
                 said = () if again.flat is None else _assembled(again.flat)
             if not said:
                 self._right[name] = looked

@@ -118,7 +118,7 @@ class Playground:
         return msgspec.json.encode(offers).decode()
 
 
-def facts_before_run(model: CompiledModel, method: str = "") -> PageFacts:
+def facts_before_run(model: CompiledModel, method: str) -> PageFacts:
     """Return the facts of a model that has not run; ``method``: instead of that of the experiment. Raises SimulationError."""
     model = model.for_experiment(None)
     problem = Problem(**interface_of(model.compilation.program))

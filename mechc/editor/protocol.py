@@ -148,12 +148,8 @@ def symbol_of(symbol: Symbol) -> lsp.DocumentSymbol:
         OUTLINED[symbol.kind],
         range_of(text, symbol.span.start, symbol.span.end),
         range_of(text, symbol.name_span.start, symbol.name_span.end),
-        children=_children(symbol.children),
+        children=[symbol_of(one) for one in symbol.children],
     )
-
-
-def _children(inner: Sequence[Symbol]) -> list[lsp.DocumentSymbol]:
-    return [symbol_of(one) for one in inner]
 
 
 def signature_of(found: Signature) -> lsp.SignatureHelp:

@@ -35,14 +35,14 @@ from .protocol import (
     symbol_of,
 )
 from .selections import around
-from .session import IDLE, Server
+from .session import Server
 from .signatures import signature
 from .tokens import KINDS, MODIFIERS, tokens
 
 
-def make_server(idle: float = IDLE) -> Server:
+def make_server() -> Server:
     """Make a server with all that it can do."""
-    server = Server(idle)
+    server = Server()
     server.begin()
     _keep_texts(server)
     _tell_meanings(server)

@@ -59,9 +59,9 @@ class Forgetful(LanguageServerProtocol):
 
 
 class Server(LanguageServer):
-    """One editor's documents. ``idle``: seconds without a change before the whole compiler is asked."""
+    """One editor's documents."""
 
-    def __init__(self, idle: float = IDLE) -> None:
+    def __init__(self) -> None:
         super().__init__(
             "mechc",
             __version__,
@@ -70,7 +70,6 @@ class Server(LanguageServer):
         )
         self.documents: dict[str, Document] = {}
         self.shown: dict[str, tuple[Diagnostic, ...]] = {}
-        self.idle = idle
         self.whole, self.fixing, self.running = (
             WorkerProcess(),
             WorkerProcess(5.0, patient=True),
@@ -124,7 +123,7 @@ class Server(LanguageServer):
         document.take_front(front)
         self._stepped()
         self.show(uri, front.diagnostics)
-        await asyncio.sleep(self.idle)
+        await asyncio.sleep(IDLE)
         if reading.tree is not None:
             found = await self.whole.ask("in_full", document.path, document.text)
             if found is not None:

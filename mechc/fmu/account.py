@@ -12,7 +12,7 @@ from msgspec import Struct
 from ..compiler.equations.needs import EVERYTHING
 from ..compiler.targets.fmu.export import make_package, start_of
 from ..exporting import ready_code
-from ..presentation.style import PLAIN, Style
+from ..presentation.style import Style
 from .export import equations_for
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ def account(model: CompiledModel) -> FmuAccount:
     )
 
 
-def fmu_rows(model: CompiledModel, style: Style = PLAIN) -> list[str]:
+def fmu_rows(model: CompiledModel, style: Style) -> list[str]:
     """Say what is in the FMU of a model and what was left out, with sizes."""
     lean = account(model.keeping(()))
     full = account(model.keeping(EVERYTHING))

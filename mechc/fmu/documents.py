@@ -69,7 +69,7 @@ def native_run(
             "E0906",
             f"the experiment to be exported fails: {solution.message}",
             None,
-            help="an FMU holds the results of its default experiment; mend the model, or choose "
+            help="an FMU contains the results of its default experiment; correct the model, or choose "
             "another with --experiment NAME",
         )
     return ran, solution

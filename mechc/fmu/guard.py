@@ -73,7 +73,9 @@ def guarded(
             try:
                 reply = dog.ask(question, limits.seconds)
             except MemoryError:
-                return LostProcess(_beyond_memory(limits), "--memory allows more")
+                return LostProcess(
+                    f"it needs more than {limits.memory / 1e9:g} GB of memory", "--memory allows more"
+                )
             except RaisedThere as told:  # by fmpy
                 return LostProcess(str(told))
             match reply:
@@ -85,10 +87,6 @@ def guarded(
 
         with dog:
             yield ask
-
-
-def _beyond_memory(limits: Limits) -> str:
-    return f"it needs more than {limits.memory / 1e9:g} GB of memory"
 
 
 def _confined(

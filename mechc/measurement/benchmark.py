@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
 
@@ -137,7 +137,6 @@ def benchmark(
     experiment: str | None = None,
     stop: float | None = None,
     seconds: float = 60.0,
-    progress: Callable[[], None] | None = None,
     longest: float = LONGEST,
     enough: float = 0.0,
 ) -> Benchmark:
@@ -183,8 +182,8 @@ def benchmark(
     ended = case.stop < stop and count == case.grid.size
     truth = _first(truth, count)
     horizon = float(truth.t[-1])
-    task = Task(_until(case, horizon), nominal, truth, longest)
-    points, skipped = _measured(task, [*names, *beside], tolerances, enough, progress, beside)
+    task = Task(replace(case, stop=horizon, grid=case.grid[case.grid <= horizon]), nominal, truth, longest)
+    points, skipped = _measured(task, [*names, *beside], tolerances, enough, beside)
     points = tuple(p if p.method in beside else _with_claim(p, task, options) for p in points)
     points = _in_turns(points, truth, task, beside)
     closed = _agreement(exact, truth, nominal)
@@ -392,7 +391,6 @@ def _measured(
     names: Sequence[str],
     tolerances: Sequence[float],
     enough: float,
-    progress: Callable[[], None] | None,
     beside: Mapping[str, Peer],
 ) -> tuple[tuple[WorkPrecisionPoint, ...], tuple[tuple[str, str], ...]]:
     """Measure methods; return the points, and those that do not fit the model with the reason."""
@@ -401,7 +399,7 @@ def _measured(
     for name in names:
         least = enough if name in beside else 0.0
         try:
-            points += measure(task, name, tolerances, enough=least, progress=progress, peer=beside.get(name))
+            points += measure(task, name, tolerances, enough=least, peer=beside.get(name))
         except SimulationError as error:
             skipped.append((name, error.message))
     return tuple(points), tuple(skipped)
@@ -520,7 +518,3 @@ def _first(truth: PrecisionReference, count: int) -> PrecisionReference:
     return replace(
         truth, t=truth.t[:count], high=truth.high[:count], low=truth.low[:count], doubt=truth.doubt[:count]
     )
-
-
-def _until(case: Case, horizon: float) -> Case:
-    return replace(case, stop=horizon, grid=case.grid[case.grid <= horizon])

@@ -208,7 +208,7 @@ def _claims(made: Benchmark, axes: Axes) -> dict[str, str]:
                 ms=3,
                 gid=name,
             )
-            told[name] = f"{_told(p)}; it claims {p.claimed:.1e}"
+            told[name] = f"{_point_text(p)}; it claims {p.claimed:.1e}"
             values += [p.claimed, p.claimed_of]
     axes.tick_params(labelsize=7)
     if values:
@@ -244,7 +244,7 @@ def _setting(p: WorkPrecisionPoint) -> str:
     return f"step {p.setting:.3g}" if p.fixed else f"tolerance {p.setting:.0e}"
 
 
-def _told(p: WorkPrecisionPoint) -> str:
+def _point_text(p: WorkPrecisionPoint) -> str:
     return f"{p.method}, {_setting(p)}: error {p.error:.1e}, {duration(p.seconds)}{f', {p.steps} steps' if p.steps else ''}"
 
 
@@ -279,7 +279,7 @@ def _curves(made: Benchmark, axes: Axes, *, labels: bool) -> dict[str, str]:
         for i, (p, error) in enumerate(zip(good, errors, strict=True)):
             name = f"point-{k}-{i}"
             axes.plot(p.seconds, error, color=color, marker=marker, ms=4, ls="", gid=name)
-            told[name] = _told(p)
+            told[name] = _point_text(p)
             words = f"{p.setting:.1g}" if p.fixed else f"{p.setting:.0e}".replace("e-0", "e-")
             if i % 2 == 0:
                 axes.annotate(

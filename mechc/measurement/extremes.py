@@ -84,13 +84,13 @@ def _parameters(plan: Plan, full: bool, left_out: list[str]) -> Iterator[Extreme
         known = chosen
     for quantity, value in known:
         for scale in FULL_SCALES if full else QUICK_SCALES:
-            yield Extreme("parameter", _told(quantity, scale * value), {quantity.name: scale * value})
+            yield Extreme("parameter", _setting_text(quantity, scale * value), {quantity.name: scale * value})
     if full:
         for quantity in (q for q, v in parameters if v == 0):
-            yield Extreme("parameter", _told(quantity, 1.0), {quantity.name: 1.0})
+            yield Extreme("parameter", _setting_text(quantity, 1.0), {quantity.name: 1.0})
 
 
-def _told(quantity: Quantity, value: float) -> str:
+def _setting_text(quantity: Quantity, value: float) -> str:
     return f"{quantity.name} = {number(value)} {quantity.unit}".rstrip()
 
 

@@ -152,9 +152,8 @@ def _partings(base: Base, still: Solution, runs: Sequence[Solution]) -> list[Par
             continue
         does = max(float(np.ptp(x[:, k])) for x in (first, others[0]))
         reached = float(np.abs(first[:, k]).max())
-        size = estimate.nominal.get(
-            name, reached
-        )  # without mass, other coordinates may be states than in the model
+        # without mass, other coordinates may be states than in the model
+        size = estimate.nominal.get(name, reached)
         most = float(apart[0, -1, k])
         if most <= max(SEEN * does, GROWN * SIZES[0] * size):
             continue

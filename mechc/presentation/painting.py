@@ -68,7 +68,7 @@ class Painter:
         if not scene.shapes:
             raise UsageMistake(
                 f"nothing of '{solution.model}' is drawn",
-                "statements 'draw' say what is to be seen: draw sphere() at {x, y};",
+                "'draw' statements define what is shown: draw sphere() at {x, y};",
             )
         self.scene, self.times, self.solution = scene, times, solution
         self.rows = pictured(times)

@@ -86,7 +86,7 @@ def figure(solution: Solution, names: Sequence[str] = (), style: str = "") -> An
     return result
 
 
-def draw_into(ax: Any, solution: Solution, names: Sequence[str], style: str = "") -> Any:
+def draw_into(ax: Any, solution: Solution, names: Sequence[str], style: str) -> Any:
     """Draw quantities of a solution into axes that are given, one for each diagram, and return these. Raises UsageMistake."""
     if not names:
         raise UsageMistake("what is drawn into given axes has no default", 'say it: plot("theta", ax=ax)')

@@ -72,7 +72,7 @@ def render_failed(diagnostics: Sequence[Diagnostic], style: Style = PLAIN) -> st
     return text if errors < 2 else f"{text}\n\n{style.red('error')}{style.bold(f': {errors} errors')}"
 
 
-def render_diagnostic(diagnostic: Diagnostic, style: Style = PLAIN) -> str:
+def render_diagnostic(diagnostic: Diagnostic, style: Style) -> str:
     """Return one diagnostic as text, without an end of line."""
     span = diagnostic.span
     groups = _groups(span, diagnostic) if span is not None else []

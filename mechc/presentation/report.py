@@ -261,7 +261,7 @@ def _invariants(solution: Solution, style: Style) -> list[str]:
     if accuracy.energy is not None:
         drifts.append(("energy balance", "energy.total", accuracy.energy))
     drifts += [(drift.name, drift.name, drift) for drift in accuracy.conserved]
-    table = [["drift of what is constant", "absolute", "", "relative"]] if drifts else []
+    table = [["drift of conserved quantities", "absolute", "", "relative"]] if drifts else []
     for name, quantity, drift in drifts:
         relative = f"{drift.relative:.1e}" if drift.relative is not None else "-"
         unit, factor = solution.shown_unit(quantity, drift.unit)

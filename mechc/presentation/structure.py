@@ -10,7 +10,6 @@ from .numbers import plural
 from .style import PLAIN, Style, pad, width
 
 if TYPE_CHECKING:
-    from ..compiler.flat.model import Joint
     from ..compiler.mechanics.system import MechanicalSystem
     from ..lang.source import Span
     from ..model import CompiledModel
@@ -57,8 +56,10 @@ def _rows(model: CompiledModel, system: MechanicalSystem) -> Iterator[tuple[str,
     if left := _left_to_the_library(system):
         yield "by default", ", ".join(left)
     for edge in system.topology.tree:
-        count = _freedoms(system, edge.joint)
-        driven = _driven(system, edge.joint)
+        count = sum(s.variable.name in edge.joint.coordinates for s in system.v)
+        driven = sum(
+            system.v[i].variable.name in edge.joint.coordinates for row in system.drives for i in row.v
+        )
         words = plural(count, "freedom") + (f", {driven} prescribed" if driven else "")
         yield f"joint {edge.joint.name}", words
     others = [s for s in system.v if not any(s.variable.name in j.coordinates for j in system.model.joints)]
@@ -110,11 +111,3 @@ def _left_to_the_library(system: MechanicalSystem) -> list[str]:
 def _is_within(value: Span, declaration: Span) -> bool:
     """Whether a value is that of the declaration itself, not one that the text around the part gives."""
     return value.file is declaration.file and declaration.start <= value.start < declaration.end
-
-
-def _freedoms(system: MechanicalSystem, joint: Joint) -> int:
-    return sum(s.variable.name in joint.coordinates for s in system.v)
-
-
-def _driven(system: MechanicalSystem, joint: Joint) -> int:
-    return sum(system.v[i].variable.name in joint.coordinates for row in system.drives for i in row.v)

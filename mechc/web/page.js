@@ -192,7 +192,7 @@ async function start(info, parts) {
   for (const s of plan.shapes) if (GAUGES.includes(s.kind)) { const q = columns.find(c => c.name === s.text); s.factor = q?.factor || 1; s.unit = q?.shown || ''; s.quantity = q?.unit ?? ''; }
   $('scene').setAttribute('aria-label', `${info.name}: moving picture. The curves show the same motion.`);
   const scene = plan.shapes.length ? makeScene($('scene'), plan) : null;
-  if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: statements ‘draw’ say what is to be seen.'; }
+  if (!scene) { $('scene').classList.add('none'); $('scene').textContent = 'Nothing of this model is drawn: ‘draw’ statements define what is shown.'; }
   const rows = plan.shapes.filter(s => GAUGES.includes(s.kind));
   if (rows.length) {  // tracks take the height they need, curves the rest
     document.body.classList.add('tracks');

@@ -104,7 +104,7 @@ class CurveTracer:
         )
         ahead, why_ahead = self._follow(start)
         points = [*reversed(back[1:]), *ahead]
-        answers = [self._told(p) for p in points]
+        answers = [self._answer(p) for p in points]
         for p in back[1:]:  # all point the same way along the branch
             p.tangent, p.rate = _turned(p.tangent), -p.rate
         specials = self._specials(points, answers)
@@ -233,7 +233,7 @@ class CurveTracer:
 
     # ------------------------------------------------------------ what is told
 
-    def _told(self, p: CurvePoint) -> FoundCurve:
+    def _answer(self, p: CurvePoint) -> FoundCurve:
         return answer_of(self.posed(p.share), p.discrete, p.unknowns, None, 0, 0, [])
 
     def _specials(self, points: list[CurvePoint], answers: list[FoundCurve]) -> list[CurveBifurcation]:
@@ -264,7 +264,7 @@ class CurveTracer:
         def side(q: CurvePoint) -> float:
             nonlocal nearest
             nearest = q
-            return 1.0 if self._told(q).negative == negative else -1.0
+            return 1.0 if self._answer(q).negative == negative else -1.0
 
         # on the fork itself there may be no step
         return located(lambda c: self._at(p, c), side, 0.0, length, SPLIT * abs(length)) or nearest
@@ -278,11 +278,11 @@ class CurveTracer:
             if kind == "fold":
                 again, width = self._root(finer, length, lambda r: r.rate), 0.0
             else:
-                again, width = self._changed(finer, length, self._told(p).negative), SPLIT * abs(length)
+                again, width = self._changed(finer, length, self._answer(p).negative), SPLIT * abs(length)
             if again is not None:
                 error = abs(again.share - share) + 2 * width + ROUNDING
                 at = again
-        return CurveBifurcation(kind, at.share, error, self._told(at))
+        return CurveBifurcation(kind, at.share, error, self._answer(at))
 
 
 def _product(a: Unknowns, b: Unknowns, size: Unknowns) -> float:

@@ -83,7 +83,7 @@ def newton_by_steps(discrete: DiscreteCurve, start: Unknowns) -> Solved:
             to = min(1.0, share + stride)
             discrete.held = (1 - to) * off
             at = solved.at
-            ahead = at if before is None else _ahead(before, at, (to - share) / (share - last))
+            ahead = at if before is None else at.moved(at.moved(before, -1.0), (to - share) / (share - last))
             tried = newton(discrete, ahead)
             steps += tried.steps
             if tried.converged:
@@ -96,7 +96,3 @@ def newton_by_steps(discrete: DiscreteCurve, start: Unknowns) -> Solved:
         return replace(solved, steps=steps)
     finally:
         discrete.held = None
-
-
-def _ahead(before: Unknowns, at: Unknowns, share: float) -> Unknowns:
-    return at.moved(at.moved(before, -1.0), share)

@@ -56,7 +56,9 @@ def own_facts() -> Facts:
 def _facts(compiler: Compiler | None) -> Facts:
     version = f"{sys.version_info.major}.{sys.version_info.minor}"
     machine = " ".join((sys.platform, platform.machine(), *platform.libc_ver()))
-    return Facts(_own_code(), version, machine.strip(), _digest(processor().encode()), compiler)
+    return Facts(
+        _own_code(), version, machine.strip(), hashlib.sha256(processor().encode()).hexdigest()[:16], compiler
+    )
 
 
 @functools.cache
@@ -71,7 +73,3 @@ def _own_code() -> str:
             if file.suffix in DECIDING and file.is_file():
                 found.update(file.relative_to(folder).as_posix().encode() + file.read_bytes())
     return found.hexdigest()[:16]
-
-
-def _digest(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()[:16]

@@ -14,6 +14,7 @@ import numpy as np
 from msgspec import Struct
 from numpy.typing import NDArray
 
+from ..native.contract import Signatures, declare, fields
 from ..outcome import SimulationError
 from .lanes import NoLanes, Wanted
 from .native import EnsembleStruct, load_ensemble
@@ -40,7 +41,7 @@ MakeItems = Callable[[Wanted, str], str]
 class ArraysStruct(ctypes.Structure):
     """mech_item_arrays"""
 
-    _fields_ = tuple((name, c_void_p) for name in ("numbers", "marks", "fixed", "rows", "which"))
+    _fields_ = fields("pointer numbers, marks, fixed, rows, which")
 
 
 class Device(Struct, frozen=True, eq=False):
@@ -259,18 +260,14 @@ class Items:
 
 @functools.cache
 def _library() -> ctypes.CDLL:
-    library = load_ensemble()
-    library.mech_items_bytes.argtypes = (POINTER(EnsembleStruct),)
-    library.mech_items_bytes.restype = c_size_t
-    library.mech_items_open.argtypes = (POINTER(EnsembleStruct),)
-    library.mech_items_open.restype = c_void_p
-    library.mech_items_next.argtypes = (c_void_p, POINTER(ArraysStruct))
-    library.mech_items_next.restype = c_long
-    library.mech_items_take.argtypes = (c_void_p, POINTER(ArraysStruct), c_long)
-    library.mech_items_take.restype = None
-    library.mech_items_close.argtypes = (c_void_p,)
-    library.mech_items_close.restype = None
-    return library
+    signatures: Signatures = {
+        "mech_items_bytes": (c_size_t, (POINTER(EnsembleStruct),)),
+        "mech_items_open": (c_void_p, (POINTER(EnsembleStruct),)),
+        "mech_items_next": (c_long, (c_void_p, POINTER(ArraysStruct))),
+        "mech_items_take": (None, (c_void_p, POINTER(ArraysStruct), c_long)),
+        "mech_items_close": (None, (c_void_p,)),
+    }
+    return declare(load_ensemble(), signatures)
 
 
 def refuse_device(why: NoLanes) -> SimulationError:

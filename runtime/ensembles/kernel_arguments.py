@@ -372,9 +372,8 @@ class Posed:
         if not self.grown:
             return batch
         growth = batch.series[:, -1]
-        growth[~np.isfinite(batch.kept[:, self.grown[0][0]])] = (
-            np.nan
-        )  # of those that did not reach their end
+        # of those that did not reach their end
+        growth[~np.isfinite(batch.kept[:, self.grown[0][0]])] = np.nan
         for k, kind in self.grown:
             if kind == EXPONENT:
                 batch.kept[:, k], batch.errors[:, k] = estimated(self.grid, growth.T)

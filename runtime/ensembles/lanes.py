@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable, Sequence
-from ctypes import c_char_p, c_double, c_int, c_void_p
+from ctypes import c_char_p
 from pathlib import Path
 
 from msgspec import Struct
 
 from ..native.build import BuildError
-from ..native.contract import ModelStruct
+from ..native.contract import ModelStruct, fields
 from ..outcome import SimulationError
 from ..problem import Problem
 
@@ -43,14 +43,10 @@ class Maker(Struct, frozen=True, eq=False):
 class LanesStruct(ctypes.Structure):
     """mech_lanes"""
 
-    _fields_ = (
-        *((name, c_int) for name in ("version", "width", "groups", "fused", "ny", "n_all", "nz", "nu")),
-        *((name, c_int) for name in ("n_kept", "n_dense", "n_extra", "plain")),
+    _fields_ = fields(
+        "int version, width, groups, fused, ny, n_all, nz, nu, n_kept, n_dense, n_extra, plain",
         ("build", c_char_p),
-        ("look_every", c_int),
-        ("stiffness_bound", c_double),
-        ("begin", c_void_p),
-        ("attempt", c_void_p),
+        "int look_every; double stiffness_bound; pointer begin, attempt",
     )
 
 

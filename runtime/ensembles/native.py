@@ -5,14 +5,14 @@ from __future__ import annotations
 import ctypes
 import functools
 import sys
-from ctypes import POINTER, Structure, c_double, c_int, c_long, c_size_t, c_void_p
+from ctypes import POINTER, Structure, c_int, c_long, c_size_t
 from enum import IntEnum
 
 import numpy as np
 
 from ..native import kernel as native
 from ..native.build import LINK, build_shared, kernel_flags
-from ..native.contract import QuantityStruct, SizesStruct
+from ..native.contract import QuantityStruct, SizesStruct, declare, fields
 
 ARRAYS = {"p": 0, "y": 1, "u": 2, "outputs": 3}
 
@@ -39,7 +39,7 @@ class PlaceStruct(Structure):
 class KeptStruct(Structure):
     """mech_kept"""
 
-    _fields_ = tuple((name, c_int) for name in ("kind", "array", "index", "event", "row"))
+    _fields_ = fields("int kind, array, index, event, row")
 
 
 MEMBER = np.dtype(
@@ -56,39 +56,21 @@ MEMBER = np.dtype(
 class CompanionStruct(Structure):
     """mech_companion"""
 
-    _fields_ = (
-        *((name, c_double) for name in ("rtol", "dt", "dt_max", "factor", "loose_rtol", "loose_factor")),
-        ("most", c_long),
-    )
+    _fields_ = fields("double rtol, dt, dt_max, factor, loose_rtol, loose_factor; long most")
 
 
 class EnsembleStruct(Structure):
     """mech_ensemble"""
 
-    _fields_ = (
-        *((name, c_void_p) for name in ("model", "sizes", "options")),
-        ("begin", c_double),
-        ("stop", c_double),
-        ("max_steps", c_long),
-        *((name, c_void_p) for name in ("p", "y", "p_set", "y_given", "experiment")),
-        ("n_numbers", c_int),
-        ("n_settings", c_int),
-        *((name, c_void_p) for name in ("numbers", "settings", "p_low", "p_high", "y_low", "y_high")),
-        ("n_varied", c_int),
-        ("varied", c_void_p),
-        ("n", c_long),
-        ("values", c_void_p),
-        ("estimated", c_void_p),
+    _fields_ = fields(
+        "pointer model, sizes, options; double begin, stop; long max_steps; "
+        "pointer p, y, p_set, y_given, experiment; int n_numbers, n_settings; "
+        "pointer numbers, settings, p_low, p_high, y_low, y_high; int n_varied; pointer varied; "
+        "long n; pointer values, estimated",
         ("companion", CompanionStruct),
-        ("n_kept", c_int),
-        ("n_series", c_int),
-        *(
-            (name, c_void_p)
-            for name in ("kept", "series", "kept_values", "kept_errors", "series_values", "ends", "members")
-        ),
-        ("lanes", c_void_p),
-        ("turns", c_int),
-        ("threads", c_int),
+        "int n_kept, n_series; "
+        "pointer kept, series, kept_values, kept_errors, series_values, ends, members, lanes; "
+        "int turns, threads",
         ("done", POINTER(c_long)),
         ("stopped", POINTER(c_int)),
     )
@@ -100,10 +82,13 @@ def load_ensemble(reproducible: bool = False) -> ctypes.CDLL:
     sources = native.kernel_sources((*native.KERNEL_ROOMS, "ensemble"))
     link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
     library = ctypes.CDLL(str(build_shared(sources, kernel_flags(reproducible), name="ensemble", link=link)))
-    library.mech_ensemble_layout.argtypes = (POINTER(c_size_t),)
-    library.mech_ensemble_layout.restype = None
-    library.mech_ensemble_run.argtypes = (POINTER(EnsembleStruct),)
-    library.mech_ensemble_run.restype = c_int
+    declare(
+        library,
+        {
+            "mech_ensemble_layout": (None, (POINTER(c_size_t),)),
+            "mech_ensemble_run": (c_int, (POINTER(EnsembleStruct),)),
+        },
+    )
     structs = (PlaceStruct, KeptStruct, None, CompanionStruct, EnsembleStruct, SizesStruct, QuantityStruct)
     ours = [MEMBER.itemsize if struct is None else ctypes.sizeof(struct) for struct in structs]
     found = (c_size_t * len(ours))()

@@ -111,9 +111,8 @@ class Motions:
             for name in outputs
         ]
         self.options = [options_of(options, motion) for motion in data]
-        self._begun: list[Tangents | None] = [None] * len(
-            self.data
-        )  # whose sizes and method serve the next one
+        # whose sizes and method serve the next one
+        self._begun: list[Tangents | None] = [None] * len(self.data)
         self._kept: tuple[bytes, Computed] | None = None
 
     @property

@@ -153,13 +153,13 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
             return _Told(
                 "chattering",
                 f"impacts follow each other without end where a gap bends, until {at}: a body in a corner touches both sides, "
-                "and a gap has one side at a time; write a contact for each of them",
+                "but a gap has only one side at a time; write a contact for each side",
             )
         case Status.CHATTER if report.failed_part == 3:
             return _Told(
                 "chattering",
                 f"the motion goes from side to side without end where a constraint bends, until {at}: "
-                "at a corner it has no direction; round the corner, or write a contact for each side",
+                "a corner has no tangent; round the corner, or write a contact for each side",
             )
         case Status.CHATTER if report.failed_part == 2:
             return _Told(
@@ -171,9 +171,9 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
             surface = f" at '{text}'" if (text := _entry(hybrid.switches, k)) else ""
             return _Told(
                 "chattering",
-                f"the motion comes to rest where a force jumps{surface}: until {at} it has gone to and fro there a thousand times "
-                "within its tolerance, ever faster; what stays on such a surface is not followed. Let the force change over a "
-                "short way, or round the bend of the energy",
+                f"the motion comes to rest where a force jumps{surface}: until {at} it has crossed that surface a thousand times "
+                "within its tolerance, ever faster. mechc cannot follow a motion that stays on such a surface. Let the force change over a "
+                "short distance, or round the kink of the energy",
             )
         case Status.CHATTER:
             return _Told(
@@ -202,13 +202,13 @@ def _of_conditions(hybrid: Hybrid, status: _OfConditions, report: ReportStruct, 
         case Status.NO_MEMORY:
             return _Told(
                 "memory",
-                f"there is no memory at {at} for what delays look back at: longer steps or shorter delays need less",
+                f"there is not enough memory at {at} for the past that delays need: longer steps or shorter delays need less",
             )
         case Status.UNDEFINED_JUMP:
             return _Told(
                 "not finite",
                 f"a potential energy is {value_text(report.failed_value)} beyond the surface that is reached at {at}: "
-                "the motion can neither pass there nor be thrown back",
+                "the motion can neither cross it nor be reflected",
             )
         case _:
             assert_never(status)
@@ -227,7 +227,7 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> 
         case Status.ENERGY_RAISED:
             message = (
                 f"the impact of '{name}' at {at} would raise the energy: Newton's restitution and Coulomb's "
-                "friction do not fit together here; use a smaller restitution or no friction"
+                "friction are incompatible here; use a smaller restitution or no friction"
             )
             return _Told("impact", message, name, origin)
         case Status.APART:
@@ -238,12 +238,12 @@ def _of_rows(hybrid: Hybrid, status: _OfRows, report: ReportStruct, at: str) -> 
         case Status.NO_MODE if hybrid.n_rows > MOST_ROWS and report.failed_index < 0:
             message = (
                 f"more than {MOST_ROWS} rows of contacts and friction, of {hybrid.n_rows}, touch or may touch at once "
-                f"at {at}, or more contacts press than two for each velocity: events decide over no more; {BY_STEPS}"
+                f"at {at}, or more than two contacts for each velocity press, which is the limit with located events; {BY_STEPS}"
             )
             return _Told("modes", message)
         case Status.NO_MODE if row is not None and not math.isfinite(size):
             message = (
-                f"the force of '{name}' is {value_text(size)} at {at}: something in it is undefined there, "
+                f"the force of '{name}' is {value_text(size)} at {at}: something in it is undefined there: "
                 "its gap, its slip, its coefficient, or the accelerations"
             )
             return _Told("not finite", message, name, origin)
@@ -278,7 +278,7 @@ def _out_of_range(row: SwitchedRow | None, size: float, at: str) -> str:
         return f"the restitution of '{row.name}' is {size:.6g} at {at}; it lies between 0 and 1"
     return (
         f"the friction of '{row.name}' has a negative coefficient or limit at {at}, {size:.6g} (SI): "
-        "it is a size; where the normal force can change its sign, write a 'contact' with friction"
+        "it is a magnitude; where the normal force can change its sign, write a 'contact' with friction"
     )
 
 

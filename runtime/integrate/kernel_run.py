@@ -25,9 +25,6 @@ from .interruption import NotedInterruptions
 from .solver import Solver, SolverOptions, method_name
 from .trajectory import ContactSteps, DenseOutput, Reader, Statistics, Trajectory
 
-MOST_AT_ONCE = 16_384
-"""Instants by which the kernel's buffers grow at most."""
-
 
 class EventLog:
     """The events and instants of a run: the kernel gets more room whenever it has used what it has."""
@@ -37,7 +34,7 @@ class EventLog:
         self._problem = problem
 
     def renew(self) -> None:
-        self._solver.grow_events(MOST_AT_ONCE)
+        self._solver.grow_events()
 
     def finish(self, begin: float, t: Array, grid_z: Array) -> EventRecord:
         """Give what happened since ``begin``, with the discrete variables ``grid_z`` [n, nz] at the times ``t`` [n].
@@ -162,7 +159,7 @@ def _listen(solver: Solver, reader: Reader | None) -> Callable[[int], None] | No
     t, y, z = solver.rows
     if reader is None:
         if y.shape[0] > AT_ONCE:
-            solver.listen(lambda count: passed(t, y, z), AT_ONCE)
+            solver.listen(lambda count: passed(t, y, z))
         return None
     done = 0
 
@@ -176,7 +173,7 @@ def _listen(solver: Solver, reader: Reader | None) -> Callable[[int], None] | No
 
     many = y.shape[0] > AT_ONCE
     if many:
-        solver.listen(read, AT_ONCE)
+        solver.listen(read)
     return read
 
 

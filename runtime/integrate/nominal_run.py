@@ -21,7 +21,7 @@ MOST_STEPS = 5000
 
 def nominal_of(case: Case) -> Array:
     """Give the nominal value [ny] of each state in a case, by the rules of the kernel (``start/nominal.c``)."""
-    nominal, status = _asked(case, "mech_nominal_values")
+    nominal, status = _by_kernel(case, "mech_nominal_values")
     if status:
         raise MemoryError("the kernel could not allocate what nominal values take")
     return nominal
@@ -29,10 +29,10 @@ def nominal_of(case: Case) -> Array:
 
 def takes_pilot(case: Case) -> bool:
     """Tell whether nominal values need a first run."""
-    return _asked(case, "mech_nominal_at_start")[1] != 0
+    return _by_kernel(case, "mech_nominal_at_start")[1] != 0
 
 
-def _asked(case: Case, function: str) -> tuple[Array, int]:
+def _by_kernel(case: Case, function: str) -> tuple[Array, int]:
     """Call a function of the kernel that gives nominal values; return these and its status."""
     problem, model = case.problem, case.functions.struct
     kernel = native.kernel_for(model, bool(case.asked and case.asked.reproducible))

@@ -24,8 +24,8 @@ from ..methods import SOLVING_CONTACTS
 from ..native import kernel as native
 from ..native.status import Status
 from ..problem import Array
-from ..rows import IN_MEMORY, Follower, Storage
-from .events import NOTED
+from ..rows import AT_ONCE, IN_MEMORY, Follower, Storage
+from .events import MOST_AT_ONCE, NOTED
 
 FIRST_EVENTS = 256
 STATUSES = {int(status): status for status in Status}
@@ -231,10 +231,10 @@ class Solver:
         """What was noted at instants so far: time, both sides of states and discrete variables."""
         return self._instants[: self._n_instants + self.progress().n_instants]
 
-    def listen(self, listener: Callable[[int], None], every: int) -> None:
-        """Have ``listener`` called with the number of rows that are written, whenever there are about ``every`` more."""
+    def listen(self, listener: Callable[[int], None]) -> None:
+        """Have ``listener`` called with the number of rows that are written, whenever there are about ``AT_ONCE`` more."""
         self._listener = native.LISTENER(listener)
-        self.kernel.mech_listen(self._handle, ctypes.cast(self._listener, ctypes.c_void_p), every)
+        self.kernel.mech_listen(self._handle, ctypes.cast(self._listener, ctypes.c_void_p), AT_ONCE)
 
     def start_record(self, capacity: int) -> None:
         """Give the kernel a buffer for the polynomials of ``capacity`` steps; 0 stops recording."""
@@ -253,13 +253,13 @@ class Solver:
         self._n_events = self._n_instants = 0
         self._give_events()
 
-    def grow_events(self, most: int) -> None:
-        """Give the kernel room for as many instants again, ``most`` at most, after those that it has noted.
+    def grow_events(self) -> None:
+        """Give the kernel room for as many instants again, ``MOST_AT_ONCE`` at most, after those that it has noted.
 
         The arrays grow where they are (``resize``), so that nothing is there twice.
         """
         self._count_events()
-        more = min(self._n_instants, most)
+        more = min(self._n_instants, MOST_AT_ONCE)
         self._events.resize(self._n_events + _events_of(more, self.nz), refcheck=False)
         self._instants.resize((self._n_instants + more, self._width), refcheck=False)
         self._give_events()

@@ -125,17 +125,16 @@ class _Named(dict[str, Callable[..., Any]]):
         raise KeyError(f"{self._words} '{name}'" + suggest(name, list(self)))
 
 
-def model_functions(problem: Problem, options: SimulationOptions | None = None) -> ModelFunctions:
+def model_functions(problem: Problem, options: SimulationOptions) -> ModelFunctions:
     """Return the functions that a problem offers, with values and start of ``options``. Raises SimulationError."""
     if not problem.offers:
         raise ValueError(f"problem '{problem.name}' was made without the part 'functions'")
     refuse_delays(problem, "functions of a state are given no past")
-    given = options or SimulationOptions()
-    if given.inputs:
+    if options.inputs:
         raise SimulationError(
             "functions of a model take their inputs as numbers, not from tables", help="give u: f(y, t, u)"
         )
-    return ModelFunctions(problem, site_of(problem, given, Place()))
+    return ModelFunctions(problem, site_of(problem, options, Place()))
 
 
 class _Bound(Struct, frozen=True):

@@ -101,7 +101,7 @@ def vibration(site: Site, y: Array) -> Vibration:
     return Vibration(between(mass), between(damping), between(stiffness), allowed, entries)
 
 
-def conservative_modes(found: Vibration, off: Array | None = None) -> Modes:
+def conservative_modes(found: Vibration, off: Array) -> Modes:
     """Return the modes of a symmetric problem, the lowest first; shapes have the generalised mass 1.
 
     ``off``: how much K may be off because of the equilibrium itself.

@@ -9,7 +9,7 @@ import ctypes
 import functools
 import importlib
 from collections.abc import Callable, Sequence
-from ctypes import c_char_p, c_double, c_int, c_ssize_t, c_void_p
+from ctypes import c_char_p, c_int, c_ssize_t, c_void_p
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .build import BuildError, CompilerMissing, build_shared, find_quick_compiler, kernel_flags
+from .contract import fields
 
 SOURCE = Path(__file__).with_name("calls.c")
 HEADER = Path(__file__).parents[1] / "kernel" / "model.h"
@@ -48,32 +49,26 @@ MOST_DIMENSIONS, MOST_PARTS = 3, 2
 class CallRecord(ctypes.Structure):
     """call_record"""
 
-    _fields_ = (
+    _fields_ = fields(
         ("name", c_char_p),
-        ("method", c_void_p),
-        ("flags", c_int),
+        "pointer method; int flags",
         ("doc", c_char_p),
         ("parts", c_void_p * MOST_PARTS),
         ("begins", c_ssize_t * MOST_PARTS),
-        *((name, c_ssize_t) for name in ("n_out", "ny", "na", "nu", "nz", "dimensions")),
+        "ssize n_out, ny, na, nu, nz, dimensions",
         ("shape", c_ssize_t * MOST_DIMENSIONS),
-        *((name, c_void_p) for name in ("z", "p")),
-        ("begin", c_double),
-        *((name, c_void_p) for name in ("inputs", "indicators", "switches")),
-        *((name, c_ssize_t) for name in ("n_switches", "n_indicators")),
+        "pointer z, p; double begin; pointer inputs, indicators, switches; ssize n_switches, n_indicators",
     )
 
 
 class TaskRecord(ctypes.Structure):
     """task_record"""
 
-    _fields_ = (
+    _fields_ = fields(
         ("name", c_char_p),
-        ("method", c_void_p),
-        ("flags", c_int),
+        "pointer method; int flags",
         ("doc", c_char_p),
-        ("task", c_void_p),
-        ("of", c_void_p),
+        "pointer task, of",
     )
 
 

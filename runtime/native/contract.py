@@ -8,13 +8,49 @@ and layout from here. A test compares every field with the headers.
 from __future__ import annotations
 
 import ctypes
-from ctypes import POINTER, c_double, c_int, c_void_p
+from collections.abc import Mapping
+from ctypes import POINTER, c_double, c_int, c_long, c_longlong, c_ssize_t, c_void_p
 from typing import ClassVar
 
 MODEL_VERSION = 12
 
 MODEL_FUNCTION = ctypes.CFUNCTYPE(None, c_double, c_void_p, c_void_p, c_void_p, c_void_p, c_void_p)
 """mech_function"""
+
+
+_TYPES = {
+    "int": c_int,
+    "long": c_long,
+    "longlong": c_longlong,
+    "ssize": c_ssize_t,
+    "double": c_double,
+    "pointer": c_void_p,
+}
+
+
+def fields(*parts: str | tuple[str, type]) -> tuple[tuple[str, type], ...]:
+    """Return the fields of a struct from texts such as ``int n, m; pointer y``, and single ones of other types."""
+    made: list[tuple[str, type]] = []
+    for part in parts:
+        if isinstance(part, str):
+            for line in part.split(";"):
+                kind, names = line.split(maxsplit=1)
+                made += [(name.strip(), _TYPES[kind]) for name in names.split(",")]
+        else:
+            made.append(part)
+    return tuple(made)
+
+
+Signatures = Mapping[str, tuple[object, tuple[object, ...]]]
+"""Functions by name: what they give, and what they take."""
+
+
+def declare(library: ctypes.CDLL, signatures: Signatures) -> ctypes.CDLL:
+    """Tell ctypes what functions of a library give and take."""
+    for name, (result, arguments) in signatures.items():
+        function = getattr(library, name)
+        function.restype, function.argtypes = result, arguments
+    return library
 
 
 class Contract(ctypes.Structure):
@@ -25,13 +61,13 @@ class Contract(ctypes.Structure):
 
 class BranchStruct(Contract):
     c_name = "mech_branch"
-    _fields_ = (*((name, c_int) for name in ("event", "n_checks", "terminates")), ("act", c_void_p))
+    _fields_ = fields("int event, n_checks, terminates; pointer act")
     act: int | None
 
 
 class RowStruct(Contract):
     c_name = "mech_row"
-    _fields_ = tuple((name, c_int) for name in ("kind", "normal", "flag", "sign", "impulse", "enabled"))
+    _fields_ = fields("int kind, normal, flag, sign, impulse, enabled")
     kind: int
     normal: int
     flag: int
@@ -42,7 +78,7 @@ class RowStruct(Contract):
 
 class ShareRowStruct(Contract):
     c_name = "mech_share_row"
-    _fields_ = tuple((name, c_int) for name in ("rest", "share", "sort"))
+    _fields_ = fields("int rest, share, sort")
     rest: int
     share: int
     sort: int
@@ -50,36 +86,25 @@ class ShareRowStruct(Contract):
 
 class CrowdKindStruct(Contract):
     c_name = "mech_crowd_kind"
-    _fields_ = (
-        *((name, c_int) for name in ("n_leaves", "n_one", "n_normal", "n_slip", "velocities", "friction")),
-        ("values", c_void_p),
-    )
+    _fields_ = fields("int n_leaves, n_one, n_normal, n_slip, velocities, friction; pointer values")
 
 
 class CrowdLineStruct(Contract):
     c_name = "mech_crowd_line"
-    _fields_ = tuple((name, c_int) for name in ("first", "kind", "one", "others"))
+    _fields_ = fields("int first, kind, one, others")
 
 
 class CrowdStruct(Contract):
     c_name = "mech_crowd"
-    _fields_ = (
-        *(
-            (name, c_int)
-            for name in ("n", "n_lines", "first", "capacity", "n_asked", "n_told", "n_efforts", "nq")
-        ),
-        *((name, c_int) for name in ("stepped", "n_values", "n_given")),
-        *((name, c_void_p) for name in ("kinds", "lines", "table", "group", "asked")),
-        *((name, c_void_p) for name in ("rhs", "outputs", "push", "supply")),
+    _fields_ = fields(
+        "int n, n_lines, first, capacity, n_asked, n_told, n_efforts, nq, stepped, n_values, n_given; "
+        "pointer kinds, lines, table, group, asked, rhs, outputs, push, supply",
     )
 
 
 class DelaysStruct(Contract):
     c_name = "mech_delays"
-    _fields_ = (
-        *((name, c_int) for name in ("n_sources", "n_delays", "n_delayed")),
-        *((name, c_void_p) for name in ("sources", "delayed", "times")),
-    )
+    _fields_ = fields("int n_sources, n_delays, n_delayed; pointer sources, delayed, times")
     n_sources: int
     n_delays: int
     n_delayed: int
@@ -90,21 +115,18 @@ class DelaysStruct(Contract):
 
 class HybridStruct(Contract):
     c_name = "mech_hybrid"
-    _fields_ = (
-        *((name, c_int) for name in ("n_switches", "n_times", "n_clocks", "n_branches", "n_rows")),
-        *(
-            (name, c_int)
-            for name in ("initial", "simultaneous", "dissipated", "supplied", "total", "carried")
-        ),
-        *((name, POINTER(c_int)) for name in ("switches", "times", "clocks")),
+    _fields_ = fields(
+        "int n_switches, n_times, n_clocks, n_branches, n_rows, initial, simultaneous, dissipated, "
+        "supplied, total, carried",
+        ("switches", POINTER(c_int)),
+        ("times", POINTER(c_int)),
+        ("clocks", POINTER(c_int)),
         ("branches", POINTER(BranchStruct)),
         ("rows", POINTER(RowStruct)),
-        *((name, c_void_p) for name in ("indicators", "indicator_rates", "crossing_times")),
-        *((name, c_void_p) for name in ("conditions", "row_values", "respond", "crowd", "slides", "delays")),
+        "pointer indicators, indicator_rates, crossing_times, conditions, row_values, respond, crowd, "
+        "slides, delays",
         ("shares", POINTER(ShareRowStruct)),
-        *((name, c_int) for name in ("n_leading_switches", "n_leading_branches", "narrow")),
-        *((name, c_int) for name in ("n_told", "first_told")),
-        ("told", c_void_p),
+        "int n_leading_switches, n_leading_branches, narrow, n_told, first_told; pointer told",
     )
     n_switches: int
     n_times: int
@@ -118,26 +140,21 @@ class HybridStruct(Contract):
 
 class StartRowStruct(Contract):
     c_name = "mech_start_row"
-    _fields_ = tuple((name, c_int) for name in ("stage", "hard", "measure"))
+    _fields_ = fields("int stage, hard, measure")
 
 
 class StartStruct(Contract):
     c_name = "mech_start"
-    _fields_ = (
-        *((name, c_int) for name in ("n_rows", "n_lengths", "n_dependent")),
-        *((name, c_void_p) for name in ("rows", "known", "partner", "size", "lengths", "dependent")),
-        *((name, c_void_p) for name in ("assembly", "assembly_jacobian", "others")),
-        ("n_found", c_int),
-        *((name, c_void_p) for name in ("found", "find")),
+    _fields_ = fields(
+        "int n_rows, n_lengths, n_dependent; "
+        "pointer rows, known, partner, size, lengths, dependent, assembly, assembly_jacobian, others; "
+        "int n_found; pointer found, find",
     )
 
 
 class SeriesStruct(Contract):
     c_name = "mech_series"
-    _fields_ = (
-        *((name, c_int) for name in ("n_slots", "n_kept")),
-        *((name, c_void_p) for name in ("start", "next", "expand")),
-    )
+    _fields_ = fields("int n_slots, n_kept; pointer start, next, expand")
 
 
 class ModelStruct(Contract):
@@ -146,24 +163,16 @@ class ModelStruct(Contract):
     """Whether libtcc made it because that is ready first (``Problem.quick``)."""
     kept: HybridStruct | None = None
     """What ``hybrid`` points to where it is no longer that of the library."""
-    _fields_ = (
-        *((name, c_int) for name in ("version", "nq", "nv", "nx", "nu", "nz", "np", "nh")),
-        *((name, c_int) for name in ("n_outputs", "n_assertions", "n_rotations")),
+    _fields_ = fields(
+        "int version, nq, nv, nx, nu, nz, np, nh, n_outputs, n_assertions, n_rotations",
         ("rotations", POINTER(c_int)),
-        ("n_jacobian", c_int),
+        "int n_jacobian",
         ("jac_row", POINTER(c_int)),
         ("jac_col", POINTER(c_int)),
-        ("parameters", c_void_p),
-        *(
-            (name, c_void_p)
-            for name in ("rhs", "initial", "inputs", "discretes", "outputs", "assertions", "jacobian")
-        ),
-        *((name, c_int) for name in ("n_position", "n_velocity", "separable", "n_accounts")),
-        *((name, c_void_p) for name in ("project_position", "project_velocity", "displace", "closeness")),
-        *((name, c_void_p) for name in ("momentum", "force", "mass", "constraints", "constraint_jacobian")),
-        ("hybrid", c_void_p),
-        ("start", c_void_p),
-        ("series", c_void_p),
+        "pointer parameters, rhs, initial, inputs, discretes, outputs, assertions, jacobian; "
+        "int n_position, n_velocity, separable, n_accounts; "
+        "pointer project_position, project_velocity, displace, closeness, momentum, force, mass, "
+        "constraints, constraint_jacobian, hybrid, start, series",
     )
     version: int
     nq: int
@@ -187,17 +196,9 @@ class ModelStruct(Contract):
 
 class QuantityStruct(Contract):
     c_name = "mech_quantity"
-    _fields_ = (
-        *((name, c_int) for name in ("unit", "kind", "pure")),
-        *((name, c_double) for name in ("nominal", "range")),
-        ("group", c_int),
-    )
+    _fields_ = fields("int unit, kind, pure; double nominal, range; int group")
 
 
 class SizesStruct(Contract):
     c_name = "mech_sizes"
-    _fields_ = (
-        *((name, c_void_p) for name in ("states", "partner", "units")),
-        ("n_energies", c_int),
-        ("energies", c_void_p),
-    )
+    _fields_ = fields("pointer states, partner, units; int n_energies; pointer energies")

@@ -16,7 +16,6 @@ from ctypes import (
     c_double,
     c_int,
     c_long,
-    c_longlong,
     c_size_t,
     c_void_p,
 )
@@ -24,7 +23,7 @@ from pathlib import Path
 
 from .build import build_shared, built_once, kernel_flags, known_compiler
 from .compiler import Compiler
-from .contract import BranchStruct, HybridStruct, ModelStruct
+from .contract import BranchStruct, HybridStruct, ModelStruct, Signatures, declare, fields
 from .libtcc import find_libtcc
 
 KERNEL = Path(__file__).parents[1] / "kernel"
@@ -49,54 +48,28 @@ PARAMETERS_FUNCTION = ctypes.CFUNCTYPE(None, c_void_p, c_void_p)
 class TableStruct(Structure):
     """mech_table"""
 
-    _fields_ = (
-        ("input", c_int),
-        ("interpolation", c_int),
-        ("n", c_int),
-        ("t", c_void_p),
-        ("value", c_void_p),
-        ("slope", c_void_p),
-    )
+    _fields_ = fields("int input, interpolation, n; pointer t, value, slope")
 
 
 class OptionsStruct(Structure):
     """mech_options"""
 
-    _fields_ = (
-        *((name, c_int) for name in ("method", "n_tables", "n_stops")),
-        *((name, c_long) for name in ("n_grid", "record_capacity")),
-        *((name, c_double) for name in ("t0", "dt_max", "dt", "rtol")),
-        *(
-            (name, c_void_p)
-            for name in ("atol", "y0", "z", "p", "tables", "stops", "grid", "grid_y", "record")
-        ),
-        *((name, c_void_p) for name in ("grid_z", "events", "instants")),
-        *((name, c_long) for name in ("event_capacity", "instant_capacity")),
-        ("dense", c_int),
-        ("halves", c_int),
-        ("apart", c_double),
-        ("longest_call", c_double),
+    _fields_ = fields(
+        "int method, n_tables, n_stops; long n_grid, record_capacity; double t0, dt_max, dt, rtol; "
+        "pointer atol, y0, z, p, tables, stops, grid, grid_y, record, grid_z, events, instants; "
+        "long event_capacity, instant_capacity; int dense, halves; double apart, longest_call",
     )
 
 
 class ReportStruct(Structure):
     """mech_report"""
 
-    _fields_ = (
-        *(
-            (name, c_double)
-            for name in ("t", "dt", "dt_min", "dt_max", "stiff_time", "failed_value", "switch_time")
-        ),
-        *(
-            (name, c_double)
-            for name in ("drift_position", "drift_velocity", "laid_energy", "residual", "overlap", "seconds")
-        ),
-        *((name, c_longlong) for name in ("steps", "rejected", "evaluations")),
-        *((name, c_longlong) for name in ("jacobians", "factorisations", "iterations", "switches")),
-        *((name, c_longlong) for name in ("laid", "unsolved", "indeterminate", "several", "poisson")),
-        *((name, c_long) for name in ("n_grid", "n_record")),
-        *((name, c_int) for name in ("status", "failed_index", "method", "failed_part")),
-        *((name, c_long) for name in ("n_events", "n_instants")),
+    _fields_ = fields(
+        "double t, dt, dt_min, dt_max, stiff_time, failed_value, switch_time, drift_position, "
+        "drift_velocity, laid_energy, residual, overlap, seconds; "
+        "longlong steps, rejected, evaluations, jacobians, factorisations, iterations, switches, "
+        "laid, unsolved, indeterminate, several, poisson; long n_grid, n_record; "
+        "int status, failed_index, method, failed_part; long n_events, n_instants",
     )
     t: float
     dt: float
@@ -136,7 +109,7 @@ class ReportStruct(Structure):
 class EventStruct(Structure):
     """mech_event"""
 
-    _fields_ = (("t", c_double), ("value", c_double), ("kind", c_int), ("index", c_int), ("instant", c_long))
+    _fields_ = fields("double t, value; int kind, index; long instant")
     t: float
     value: float
     kind: int
@@ -147,7 +120,11 @@ class EventStruct(Structure):
 class StartReportStruct(Structure):
     """mech_start_report"""
 
-    _fields_ = (("status", c_int), ("row", c_int), ("steps", c_int * 2), ("off", c_double))
+    _fields_ = fields(
+        "int status, row",
+        ("steps", c_int * 2),
+        "double off",
+    )
     status: int
     row: int
     steps: Sequence[int]
@@ -157,7 +134,7 @@ class StartReportStruct(Structure):
 _USUAL = "dop853"
 """The method of a kernel that is compiled for some models alone."""
 
-_SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
+_SIGNATURES: Signatures = {
     "mech_kernel_version": (c_int, ()),
     "mech_layout": (None, (POINTER(c_size_t),)),
     "mech_method_count": (c_int, ()),
@@ -303,10 +280,7 @@ def _kernel_state() -> str:
 
 
 def _opened(file: Path, names: Iterable[str] = _SIGNATURES) -> ctypes.CDLL:
-    library = ctypes.CDLL(str(file))
-    for name in names:
-        function = getattr(library, name)
-        function.restype, function.argtypes = _SIGNATURES[name]
+    library = declare(ctypes.CDLL(str(file)), {name: _SIGNATURES[name] for name in names})
     _check_layout(library)
     return library
 

@@ -19,6 +19,7 @@ from pathlib import Path
 
 from .checksum import checksum
 from .compiler import LIBTCC, Compiler
+from .contract import Signatures, declare
 
 HEADERS = Path(__file__).with_name("headers")
 _SHARED_LIBRARY = 4
@@ -27,7 +28,7 @@ _OPTIONS = "-nostdlib -nostdinc -Werror=implicit-function-declaration"
 _VECTORS = ("-DMECH_SIMD", "-DMECH_UNORDERED")
 """What is done side by side elsewhere."""
 
-_SIGNATURES = {
+_SIGNATURES: Signatures = {
     "tcc_new": (c_void_p, ()),
     "tcc_delete": (None, (c_void_p,)),
     "tcc_set_error_func": (None, (c_void_p, c_void_p, c_void_p)),
@@ -93,11 +94,7 @@ def _place() -> Path | None:
 
 @functools.cache
 def _load(file: Path) -> ctypes.CDLL:
-    library = ctypes.CDLL(str(file))
-    for name, (result, arguments) in _SIGNATURES.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = result, arguments
-    return library
+    return declare(ctypes.CDLL(str(file)), _SIGNATURES)
 
 
 @functools.cache

@@ -20,6 +20,7 @@ from ..case import Case
 from ..integrate.solver import kink_times, table_structs
 from ..native import kernel as native
 from ..native.build import BuildError, build_shared
+from ..native.contract import Signatures, declare, fields
 from ..native.status import Status
 from ..problem import Array
 
@@ -69,19 +70,14 @@ class ReferenceTooLong(ReferenceFailed):
 class _Table(Structure):
     """mech_reference_table"""
 
-    _fields_ = (
-        *((name, c_int) for name in ("input", "interpolation", "n")),
-        *((name, c_void_p) for name in ("t", "value", "slope")),
-    )
+    _fields_ = fields("int input, interpolation, n; pointer t, value, slope")
 
 
 class _Case(Structure):
     """mech_reference_case"""
 
-    _fields_ = (
-        *((name, c_int) for name in ("n_tables", "n_stops", "decimals")),
-        *((name, c_double) for name in ("t0", "dt_max", "rtol")),
-        *((name, c_void_p) for name in ("y0", "nominal", "z", "p", "stops", "tables")),
+    _fields_ = fields(
+        "int n_tables, n_stops, decimals; double t0, dt_max, rtol; pointer y0, nominal, z, p, stops, tables",
     )
 
 
@@ -134,18 +130,14 @@ def reference_library(precision: str) -> Path:
 
 @functools.cache
 def _kernel(precision: str) -> ctypes.CDLL:
-    library = ctypes.CDLL(str(reference_library(precision)))
-    signatures: dict[str, tuple[object, tuple[object, ...]]] = {
+    signatures: Signatures = {
         "mech_reference_new": (c_void_p, (c_void_p, c_char_p, POINTER(_Case))),
         "mech_reference_free": (None, (c_void_p,)),
         "mech_reference_advance": (c_int, (c_void_p, c_double, c_long)),
         "mech_reference_epsilon": (c_double, ()),
         "mech_reference_read": (c_longlong, (c_void_p, POINTER(c_double), c_void_p, c_void_p)),
     }
-    for name, (result, arguments) in signatures.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = result, arguments
-    return library
+    return declare(ctypes.CDLL(str(reference_library(precision))), signatures)
 
 
 def best_precision() -> str:

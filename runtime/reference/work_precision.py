@@ -93,7 +93,6 @@ def measure(
     tolerances: Sequence[float] = TOLERANCES,
     *,
     enough: float = 0.0,
-    progress: Callable[[], None] | None = None,
     peer: Peer | None = None,
 ) -> list[WorkPrecisionPoint]:
     """Measure one method over a ladder: tolerances, or steps where it takes fixed ones. ``peer`` runs it, where it is none of
@@ -105,28 +104,25 @@ def measure(
     case = replace(task.case, method=method, step=None, grid=task.reference.t)
     task = replace(task, case=case)
     if peer is not None:
-        return _ladder(tolerances, lambda setting: _peer(task, method, setting, peer), progress, enough)
+        return _ladder(tolerances, lambda setting: _peer(task, method, setting, peer), enough)
     try:
         chosen = choose_method(case)
         settings = list(tolerances)
     except SimulationError:
         chosen = choose_method(replace(case, step=1.0))
         settings = [(case.stop - case.begin) / count for count in STEPS_OF_FIXED]
-    return _ladder(settings, lambda setting: _point(task, chosen, setting), progress, enough)
+    return _ladder(settings, lambda setting: _point(task, chosen, setting), enough)
 
 
 def _ladder(
     settings: Sequence[float],
     point: Callable[[float], WorkPrecisionPoint],
-    progress: Callable[[], None] | None,
     enough: float,
 ) -> list[WorkPrecisionPoint]:
     points: list[WorkPrecisionPoint] = []
     for setting in settings:
         made = point(setting)
         points.append(made)
-        if progress is not None:
-            progress()
         if made.given_up or (made.error is not None and made.error <= enough):
             break
     return points

@@ -162,7 +162,7 @@ def undefined_energy(problem: Problem, table: Table) -> Failure | None:
         value = float(table.outputs_at(slice(first, first + 1))[0, index])
         message = (
             f"'{quantity.name}' is {value_text(value)} from {time_text(problem, time)} on: "
-            "the motion has left the places where the model is defined"
+            "the motion has left the region where the model is defined"
         )
         state = state_at(problem, table.y[first])
         return Failure("not finite", time, quantity.name, message, quantity.origin, state)
@@ -220,8 +220,8 @@ def with_reach(case: Case, failure: Failure) -> Failure:
     named = [case.problem.assembly[k] for k in rows]
     names = " and ".join(dict.fromkeys(f"'{array_of(row.name)[0]}'" for row in named))
     message = (
-        f"what is driven asks for a position out of reach at {time_text(case.problem, failure.time)}: the loop closed by "
-        f"{names} is stretched out, or folded, to the end, with {configuration(case.problem, y)}"
+        f"a drive asks for a position out of reach at {time_text(case.problem, failure.time)}: the loop closed by "
+        f"{names} is fully stretched or folded, with {configuration(case.problem, y)}"
     )
     return replace(failure, kind=KIND, message=message, name=named[0].name, origin=named[0].origin)
 

@@ -6,7 +6,7 @@ from msgspec import Struct
 
 _FORCES = (
     "the equations of motion or a reaction are wrong, which is a fault of mechc: please report it with the model. "
-    "Reactions may be wrong in a motion that is right. Or the mechanism stays near a position in which its "
+    "The motion may be correct and only the reactions wrong. Or the mechanism stays near a position in which its "
     "constraints depend on each other"
 )
 _JOINTS = (
@@ -15,29 +15,29 @@ _JOINTS = (
 )
 CAUSES: dict[tuple[str, bool | None], str] = {
     ("energy", True): (
-        "a tighter run is off as much, so that it is not the steps: a force or a jump whose work is counted wrongly, "
-        "a kink or an event that was passed over, or equations that are wrong. Compare a model that says the same in "
-        "other words; if that agrees with this one, the motion may be right and its account of energy is not"
+        "a tighter run is off as much, so the steps are not the cause: a force or a jump whose work is counted wrongly, "
+        "a kink or an event that was passed over, or wrong equations. Compare with a model that states the same in "
+        "another way; if both agree, the motion may be correct and only its energy account wrong"
     ),
     ("momentum", True): (
-        "a tighter run is off as much, so that it is not the steps: a kink or an event that was passed over, an "
-        "impulse of an event, or equations that are wrong"
+        "a tighter run is off as much, so the steps are not the cause: a kink or an event that was passed over, an "
+        "impulse of an event, or wrong equations"
     ),
     ("closed solution", True): (
         "a tighter run is off as much: the closed solution belongs to other values or to a simpler model, or a kink or "
         "an event was passed over"
     ),
     ("work", None): (
-        "the estimated errors say so, too: of two runs one has passed over work that the other has seen, as of something short "
-        "between their steps; a tighter tolerance or a closer 'every' shows it"
+        "the estimated errors show it, too: one of two runs has stepped over work that the other has seen, such as that of a short "
+        "pulse; a tighter tolerance or a closer 'every' resolves it"
     ),
     ("", False): (
-        "a tighter run is off less: the steps were too long for something that both runs felt, so that the errors are "
-        "larger than estimated; a tighter tolerance, or a closer 'every', shows it"
+        "a tighter run is off less: the steps were too long for something that affected both runs, so the errors are "
+        "larger than estimated; a tighter tolerance, or a closer 'every', resolves it"
     ),
     ("work", True): (
-        "steps of one size have supplied or lost it, and no account holds it: stiff forces that bend within a step, as of a spring that is not "
-        "linear, or bodies that turn far in one; a smaller step shows it"
+        "steps of one size have supplied or lost it, and no account contains it: stiff forces that change nonlinearly within a step, such as those of "
+        "nonlinear springs, or bodies that turn far in one step; a smaller step reduces it"
     ),
     ("force", None): _FORCES,
     ("moment", None): _FORCES,

@@ -36,14 +36,14 @@ def _not_assembled(
     undefined = [row for row, v in zip(hard, off, strict=True) if not np.isfinite(v)]
     if undefined:
         return SimulationError(
-            f"{_told(undefined[0], stage)} has no value at the guesses",
+            f"{_condition_text(undefined[0], stage)} has no value at the guesses",
             undefined[0].origin,
             code="E0608",
             help="begin where all its roots, logarithms and quotients are defined",
         )
     worst = float(off.max())
     guilty = [i for i in np.argsort(-off) if off[i] > 1e-3 * worst]
-    notes = [f"{_told(hard[i], stage)} is off by {abs(float(residuals[i])):.4g} {hard[i].unit}".rstrip()
+    notes = [f"{_condition_text(hard[i], stage)} is off by {abs(float(residuals[i])):.4g} {hard[i].unit}".rstrip()
              + _where(hard[i]) for i in guilty]  # fmt: skip
     rows = made.gradients(y, stage)[guilty] / scale[guilty][:, None]
     touched = np.abs(rows).max(axis=0, initial=0.0)
@@ -97,7 +97,7 @@ def _in_words(value: float, unit: str) -> str:
     return f"{value:.6g} {unit}".rstrip() + degrees
 
 
-def _told(row: AssemblyRow, stage: int) -> str:
+def _condition_text(row: AssemblyRow, stage: int) -> str:
     if row.kind == "initial":
         return f"the initial condition on '{row.name}'"
     return f"'{row.name}'" if stage == 1 else f"the rate of '{row.name}'"
@@ -131,10 +131,10 @@ def _contradictory(made: Assembly, stage: int, y: Array, off: Array) -> bool:
 
 def no_direction(row: AssemblyRow) -> SimulationError:
     return SimulationError(
-        f"{_told(row, 1)} has no direction in the position that it asks for",
+        f"{_condition_text(row, 1)} has no direction in the position that it requires",
         row.origin,
         code="E0608",
-        help="a distance of zero has no direction: what coincides is held by a joint, or by an equation "
+        help="a distance of zero has no direction: connect points that coincide by a joint, or by an equation "
         "for each component",
     )
 

@@ -101,7 +101,7 @@ class Findings(Struct, Told, frozen=True, eq=False, kw_only=True):
     model: str
     outcome: Outcome
     message: str
-    values: tuple[Value, ...]
+    values: tuple[Value, ...] = ()
     errors_from: str
     remarks: tuple[str, ...] = ()
     tables: tuple[Table, ...] = ()

@@ -17,6 +17,7 @@ from ..integrate.solver import Solver
 from ..native import contract
 from ..native import kernel as native
 from ..native.build import build_shared, find_quick_compiler, kernel_flags
+from ..native.contract import fields
 from ..native.status import Status
 from ..outcome import Failure, SimulationError
 from ..problem import Array
@@ -33,13 +34,11 @@ MOST_BYTES = 2e9
 class SweepRecord(ctypes.Structure):
     """sweep_record"""
 
-    _fields_ = (
-        *((name, c_void_p) for name in ("rhs", "inputs", "goal", "pull_back")),
-        *((name, c_void_p) for name in ("pull_back_position", "pull_back_velocity")),
-        *((n, c_ssize_t) for n in ("ny", "nu", "nz", "n_free", "n_steps", "n_tabled", "n_rotations")),
-        *((name, c_void_p) for name in ("rotations", "tabled", "p", "t", "h", "y", "from_tables")),
-        ("rate", c_double),
-        *((name, c_void_p) for name in ("lambda", "gradient", "integral")),
+    _fields_ = fields(
+        "pointer rhs, inputs, goal, pull_back, pull_back_position, pull_back_velocity; "
+        "ssize ny, nu, nz, n_free, n_steps, n_tabled, n_rotations; "
+        "pointer rotations, tabled, p, t, h, y, from_tables; double rate; "
+        "pointer lambda, gradient, integral",
     )
 
 

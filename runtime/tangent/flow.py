@@ -138,9 +138,8 @@ class Tangents:
         self.method = method if method.name in GENERAL else Method("dop853", False, 8)
         self.nominal = nominal
         self._vectors = states
-        self._probes = (
-            1 if case.problem.hybrid is not None else 0
-        )  # a free direction, for rates along the motion
+        # a free direction, for rates along the motion
+        self._probes = 1 if case.problem.hybrid is not None else 0
         first = states + self._probes
         self._listed = (*by_array["y"], *by_array["p"], *by_array["u"])
         self._order = [*range(states), *(first + self._listed.index(d) for d in asked)]

@@ -8,7 +8,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from msgspec import Struct
 
 from ..case import inputs_at
 from ..functions import named_function
@@ -29,17 +28,6 @@ ROUNDING = 1e-11
 """Share of the largest response below which rows depend on each other, as in the kernel."""
 
 
-class KernelRow(Struct, frozen=True):
-    """``mech_row`` of the kernel."""
-
-    kind: int
-    normal: int
-    flag: int
-    sign: int
-    impulse: int
-    enabled: int
-
-
 class Instant:
     """A state at one time that changes: ``y`` [ny], ``w`` [ny, k], ``z`` [nz], ``dz`` [real ones, k], and how the time itself
     changes in each direction, ``dt`` [k]. ``w`` are changes at the changed time."""
@@ -53,9 +41,11 @@ class Instant:
         struct = self.case.functions.struct
         assert struct.hybrid
         self.hybrid = contract.HybridStruct.from_address(struct.hybrid)
-        found = (self.hybrid.rows[i] for i in range(self.hybrid.n_rows))
-        self.rows = tuple(KernelRow(r.kind, r.normal, r.flag, r.sign, r.impulse, r.enabled) for r in found)
+        self.rows = tuple(self.hybrid.rows[i] for i in range(self.hybrid.n_rows))
         self.reals = augmented.reals
+
+    def copy(self) -> Instant:
+        return Instant(self.augmented, self.t, self.y, self.w, self.z, self.dz, self.dt)
 
     # ------------------------------------------------------------ functions
 

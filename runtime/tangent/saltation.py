@@ -193,16 +193,16 @@ def _time_change(here: Instant, notes: Sequence[Note], z_after: Array, probe: in
 def _goes_on(here: Instant, z_after: Array) -> bool:
     """Whether laws change where they agree, as where a force begins, or a stop takes over what friction alone held: when
     they do makes no difference."""
-    other = Instant(here.augmented, here.t, here.y, here.w, z_after, here.dz, here.dt)
+    other = here.copy()
+    other.z = z_after
     before, after = here.rates(), other.rates()
     return bool((np.abs(after - before) <= AGREE * np.abs(before)).all())
 
 
 def _indicator_rates(here: Instant, count: int, probe: int) -> Array:
     """Give the rates of the indicators along the motion."""
-    other = Instant(
-        here.augmented, here.t, here.y, np.zeros_like(here.w), here.z, np.zeros_like(here.dz), here.dt
-    )
+    other = here.copy()
+    other.w, other.dz = np.zeros_like(here.w), np.zeros_like(here.dz)
     other.w[:, probe] = here.rates()
     other.dt = np.zeros(here.augmented.count)
     other.dt[probe] = 1.0
@@ -223,7 +223,7 @@ def _happened(here: Instant, notes: Sequence[Note], after: Array, nominal: Array
         (False, False),
         *([(True, True), (False, True)] if begins else []),
     ):
-        tried = Instant(here.augmented, here.t, here.y, here.w, here.z, here.dz, here.dt)
+        tried = here.copy()
         _happen(tried, notes, after[ny:], by_threshold)
         if settles:  # what comes to rest, loses what is left of its rate
             settle(tried, holds)
@@ -358,7 +358,7 @@ def _surfaces(here: Instant, nominal: Array) -> Iterator[tuple[str, int, Array]]
         g, changes, rates = here.own("indicators", count), here.change("indicators", count), here.rates()
         for k in np.flatnonzero(g[: h.n_switches] == 0):
             place = h.switches[int(k)]
-            other = Instant(here.augmented, here.t, here.y, here.w, here.z, here.dz, here.dt)
+            other = here.copy()
             other.z[place] = 1.0 - here.z[place]
             jump = np.abs(other.rates() - rates) / np.maximum(np.abs(rates), nominal)
             if not jump.max(initial=0.0) <= ONE_SIDED:

@@ -54,9 +54,8 @@ def circles(n: int) -> list[int]:
 
 @pytest.mark.slow
 def test_nothing_that_grows_with_the_model_stays_in_circles(monkeypatch: pytest.MonkeyPatch) -> None:
-    lowering = importlib.import_module(
-        "mechc.compiler.program.lower"
-    )  # the package has a function of that name
+    # the package has a function of that name
+    lowering = importlib.import_module("mechc.compiler.program.lower")
     monkeypatch.setattr(lowering, "LONG", 500)
     monkeypatch.setattr(lowering, "SHORT", 300)
     circles(20)  # imports and caches

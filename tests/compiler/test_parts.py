@@ -27,9 +27,8 @@ def test_the_library_checks_alone(name: str) -> None:
     assert found is not None
     text = path.read_text(encoding="utf-8")
     models = re.findall(r"^(?:shape )?model (\w+)", text, re.MULTILINE)
-    left = {"spatial": ["Solid"], "control": models}.get(
-        name, []
-    )  # blocks have the dimension of what they are given
+    # blocks have the dimension of what they are given
+    left = {"spatial": ["Solid"], "control": models}.get(name, [])
     assert list(found.completed[: len(left)]) == left
     assert len(found.parts) + len(left) == len(models)
     assert not [part.name for part in found.parts if part.wrong]

@@ -41,6 +41,13 @@ def test_every_page_with_programs_has_a_test() -> None:
         assert page in (ROOT / "tests" / "docs" / test).read_text(encoding="utf-8")
 
 
+@pytest.mark.parametrize("path", PAGES, ids=lambda path: path.stem)
+def test_every_block_is_closed(path: Path) -> None:
+    """One that is not would be no block, and nothing would run it."""
+    text = path.read_text(encoding="utf-8")
+    assert len(re.findall(r"^```", text, re.MULTILINE)) == 2 * len(blocks(text))
+
+
 def _typed(path: Path) -> list[str]:
     text = path.read_text(encoding="utf-8")
     inside = "\n".join(

@@ -62,9 +62,8 @@ def words(name: str) -> dict[str, tuple[float, float]]:
 def test_frames_are_where_the_part_has_them() -> None:
     at = words("planar.Bar")
     assert at["a"][0] < at["c"][0] < at["b"][0]
-    assert at["c"][0] - at["a"][0] == pytest.approx(
-        at["b"][0] - at["c"][0], abs=0.2
-    )  # of numbers with one digit
+    # of numbers with one digit
+    assert at["c"][0] - at["a"][0] == pytest.approx(at["b"][0] - at["c"][0], abs=0.2)
     assert at["a"][1] == at["b"][1] == at["c"][1]
     hinge = words("planar.Revolute")
     assert hinge["to"][1] < hinge["from"][1] and hinge["to"][0] < hinge["from"][0], "turned by 0.8 rad"

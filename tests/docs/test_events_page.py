@@ -40,11 +40,3 @@ def test_models_run(text: str) -> None:
 
 def test_every_kind_of_event_is_named() -> None:
     assert [kind for kind in EVENT_KINDS if f"`{kind}`" not in PAGE] == []
-
-
-def test_links_between_sections() -> None:
-    anchors = {
-        re.sub(r"[^a-z0-9 -]", "", title.lower()).replace(" ", "-")
-        for title in re.findall(r"^## (.*)$", PAGE, re.MULTILINE)
-    }
-    assert set(re.findall(r"\(#([^)]+)\)", PAGE)) == anchors

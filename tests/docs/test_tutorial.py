@@ -119,9 +119,8 @@ def test_fourth_exercise() -> None:
             return list(tip + 0.5 * np.array([np.cos(x[0]), np.sin(x[0])]) - rocker)
 
         bar, rocker = fsolve(gap, [0.5, 1.5], xtol=1e-14)
-        return float(
-            G * (tip[1] / 2 + 2 * (tip[1] + 0.25 * np.sin(bar)) + 1.5 * 0.2 * np.sin(rocker))
-        )  # masses 1, 2 and 1.5 kg at the middles of the bars
+        # masses 1, 2 and 1.5 kg at the middles of the bars
+        return float(G * (tip[1] / 2 + 2 * (tip[1] + 0.25 * np.sin(bar)) + 1.5 * 0.2 * np.sin(rocker)))
 
     h = 1e-4
     torque = (potential(np.pi / 3 + h) - potential(np.pi / 3 - h)) / (2 * h)

@@ -294,9 +294,8 @@ def test_python_modules_tell_the_places_of_entries(tmp_path: Any) -> None:
     made: dict[str, Any] = {"__name__": "made"}
     exec(compile(path.read_text(), str(path), "exec"), made)
     entries = made["jacobian"](0.0, [1.0, 2.0, 0.0], [], made["parameters"]())
-    found = dict(
-        zip(made["PATTERNS"]["jacobian"], entries, strict=True)
-    )  # of x, its rate, and the energy supplied
+    # of x, its rate, and the energy supplied
+    found = dict(zip(made["PATTERNS"]["jacobian"], entries, strict=True))
     assert found == {(0, 1): 1.0, (1, 0): -1.5, (2, 0): -6.0, (2, 1): -3.0}
 
 

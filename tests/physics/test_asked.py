@@ -10,14 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 import sympy
+from shared_models import example
 
 import mechc
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 def outputs(name: str) -> dict[str, float]:

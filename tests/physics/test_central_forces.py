@@ -20,6 +20,7 @@ from gallery import (
     load,
     references,
     run,
+    stars,
     upward_crossings,
 )
 from numpy import cos, cosh, exp, pi, sin, sinh, sqrt
@@ -34,14 +35,6 @@ POLAR = {
     "r": "r", "theta_unwrapped": "theta", "rdot": "der(r)", "thetadot": "der(theta)", "x": "x", "y": "y",
 }  # fmt: skip
 PLANE = {"x": "x", "y": "y", "vx": "der(x)", "vy": "der(y)"}
-
-
-def stars(n: int) -> dict[str, str]:
-    names: dict[str, str] = {}
-    for i in range(1, n + 1):
-        names |= {f"x{i}": f"r[{i},1]", f"y{i}": f"r[{i},2]"}
-        names |= {f"vx{i}": f"der(r[{i},1])", f"vy{i}": f"der(r[{i},2])"}
-    return names
 
 
 # Data, names, tolerance, bound at the last time relative to 1 + |value| in units of the tolerance.

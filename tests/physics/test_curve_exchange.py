@@ -63,9 +63,8 @@ def test_the_exchanged_curve_is_asked_by_its_own_variable(descent: CurveSolution
     assert np.all(np.diff(descent.places) > -1e-12)
     value, drift = descent.first_integrals["energy"]
     assert value == pytest.approx(float(-1 / mp.sqrt(4 * r * mp.mpf("9.81"))), rel=1e-9)
-    assert drift < 1e-4 * abs(
-        value
-    )  # pointwise: beside the start x goes as y^(3/2), which no polynomial does
+    # pointwise: beside the start x goes as y^(3/2), which no polynomial does
+    assert drift < 1e-4 * abs(value)
 
 
 @pytest.mark.parametrize(

@@ -79,9 +79,8 @@ def test_every_method_takes_a_driven_rate_as_it_is_or_refuses_it(method: str) ->
     try:
         run = mechc.loads(text).simulate(method=method, step=step)
     except mechc.SimulationError as refused:
-        assert (
-            "of which the rate alone is prescribed" in str(refused) or method == "moreau"
-        )  # nothing switches
+        # nothing switches
+        assert "of which the rate alone is prescribed" in str(refused) or method == "moreau"
         return
     assert run["a"][-1] == pytest.approx(0.3 + 0.11 + 0.25 * np.sin(0.84), abs=1e-5)
 

@@ -258,9 +258,8 @@ def test_pendulum_with_dry_friction() -> None:
         def squared(x: Any, start: float = start, side: float = side) -> Any:
             return 2 * (g * (cos(x) - cos(start)) - f * side * (start - x))
 
-        at.append(
-            turning_point(squared, side * math.asin(f / g), -start)
-        )  # fastest where gravity equals friction
+        # fastest where gravity equals friction
+        at.append(turning_point(squared, side * math.asin(f / g), -start))
         t += travel_time(squared, start, at[-1])
         turned.append(float(t))
     solution = follow("coulomb_pendulum")

@@ -124,9 +124,8 @@ def stride(slope: float, theta: float, rate: float) -> tuple[float, float, float
         ]
 
     def strikes(_: float, s: np.ndarray) -> float:
-        return (
-            s[2] - 2 * s[0] if s[0] < -0.02 else -1.0
-        )  # the foot is ahead of where it lands, above the slope
+        # the foot is ahead of where it lands, above the slope
+        return s[2] - 2 * s[0] if s[0] < -0.02 else -1.0
 
     strikes.terminal, strikes.direction = True, 1  # type: ignore[attr-defined]
     start = [theta, rate, 2 * theta, (1 - np.cos(2 * theta)) * rate]

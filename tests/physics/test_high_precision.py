@@ -12,7 +12,7 @@ from pathlib import Path
 
 import mpmath
 import pytest
-from gallery import EXAMPLES
+from gallery import EXAMPLES, stars
 from msgspec import Struct, field
 
 import mechc
@@ -22,14 +22,6 @@ from mechc.runtime.reference.high_precision import best_precision
 DATA = Path(__file__).parent / "data"
 EXACT = 1e-26
 """Relative; the published numbers have 30 digits of which the last ones are lost by cancellation."""
-
-
-def stars(n: int) -> dict[str, str]:
-    names: dict[str, str] = {}
-    for i in range(1, n + 1):
-        names |= {f"x{i}": f"r[{i},1]", f"y{i}": f"r[{i},2]"}
-        names |= {f"vx{i}": f"der(r[{i},1])", f"vy{i}": f"der(r[{i},2])"}
-    return names
 
 
 class Case(Struct, frozen=True):

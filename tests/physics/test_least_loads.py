@@ -198,9 +198,8 @@ end Ladder;
 
 @pytest.mark.parametrize("grip", [0.5, 0.8])
 def test_a_ladder_between_rough_floor_and_wall(grip: float) -> None:
-    rows = np.array(
-        [[0.0, 1.0, 1.0], [1.0, 0.0, 1.5], [1.0, 0.0, -1.5], [0.0, 1.0, -1.0]]
-    )  # floor, slip, wall, slip
+    # floor, slip, wall, slip
+    rows = np.array([[0.0, 1.0, 1.0], [1.0, 0.0, 1.5], [1.0, 0.0, -1.5], [0.0, 1.0, -1.0]])
     free = np.linalg.pinv(rows.T) @ [0.0, 98.1, 0.0]
     along = np.linalg.svd(rows.T)[2][-1]  # what moves nothing
     limits = np.array(
@@ -315,9 +314,8 @@ def test_three_fingers_under_a_ball_push_straight_up() -> None:
     s = np.stack([-np.sin(around), np.cos(around), np.zeros(3)], axis=1)
     t = np.cross(d, s)
     solution = mechc.loads(GRASP % (text_of(d), text_of(s), text_of(t))).simulate(estimate_error=False)
-    assert (
-        np.abs(loads(solution) - WEIGHT / 3 * np.sin(low)).max() < 1e-9
-    )  # without friction WEIGHT/3/sin(low)
+    # without friction WEIGHT/3/sin(low)
+    assert np.abs(loads(solution) - WEIGHT / 3 * np.sin(low)).max() < 1e-9
 
 
 QUADRUPED = """
@@ -388,18 +386,16 @@ def test_a_table_that_slides_straight_shares_and_one_that_turns_has_the_loads_of
     rows = np.stack([np.ones(4), feet[:, 1], -feet[:, 0]])
     straight = model.simulate(estimate_error=False)
     found = loads(straight)
-    assert (
-        np.abs(found - np.linalg.pinv(rows) @ [WEIGHT, 0.0, 0.0]).max() < 1e-8
-    )  # the tolerance turns the slip
+    # the tolerance turns the slip
+    assert np.abs(found - np.linalg.pinv(rows) @ [WEIGHT, 0.0, 0.0]).max() < 1e-8
     assert abs(straight["x"][-1] - (0.05 - 0.2 * 9.81 * 0.05**2 / 2)) < 1e-9
     told = [remark for remark in straight.remarks if "rigid bodies" in remark]
     assert len(told) == 1
     assert "the least sum of squares is told" in told[0]
     assert "motion depends" not in told[0]
     closed = "output shut[4] = {if closed(leg[i]) then 0.5 else 0 for i in 1:4};\n  experiment"
-    model = mechc.loads(
-        SPUN.replace("experiment", closed)
-    )  # what only asks whether it stands, tells no share
+    # what only asks whether it stands, tells no share
+    model = mechc.loads(SPUN.replace("experiment", closed))
     assert "the least sum of squares is told" in model.simulate(estimate_error=False).remarks[0]
     turning = model.simulate(set={"w0": 3.0}, estimate_error=False)
     told = [remark for remark in turning.remarks if "rigid bodies" in remark]

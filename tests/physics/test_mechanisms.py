@@ -134,9 +134,8 @@ def test_five_bar_tip_from_two_circles() -> None:
     energy = solution["energy.kinetic"] + solution["energy.potential"]
     work = np.sum((solution["given"][1:] + solution["given"][:-1]) / 2 * np.diff(t))
     assert np.ptp(solution["given"]) > 1
-    assert work == pytest.approx(
-        energy[-1] - energy[0], abs=1e-3
-    )  # the trapezium rule; periodic: it converges fast
+    # the trapezium rule; periodic: it converges fast
+    assert work == pytest.approx(energy[-1] - energy[0], abs=1e-3)
 
 
 def test_universal_joint_makes_the_shaft_uneven() -> None:

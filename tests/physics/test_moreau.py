@@ -319,9 +319,8 @@ def test_stiff_springs_and_dampers_do_not_limit_the_step(n: int) -> None:
         q, v = q + h / 2 * (v + after), after
     assert [solution["x"][-1], solution["y"][-1]] == pytest.approx(q, abs=1e-7)
     energy = solution["energy.total"] + solution["energy.dissipated"] - solution["energy.supplied"]
-    assert (
-        np.abs(energy - energy[0]).max() < 1e-6 * energy[0]
-    )  # B is a difference: 1e-8 of it, over 100 steps
+    # B is a difference: 1e-8 of it, over 100 steps
+    assert np.abs(energy - energy[0]).max() < 1e-6 * energy[0]
 
 
 def test_a_damper_that_a_contact_holds_sees_the_speed_that_is() -> None:

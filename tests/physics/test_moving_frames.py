@@ -86,9 +86,8 @@ end Turning;
         *(np.array([solution[n.format(i)] for i in (1, 2, 3)]) for n in ("r[{}]", "der(r[{}])")),
     )
     c, s, W = cos(0.5 * t), sin(0.5 * t), sqrt(2)
-    d = np.array(
-        [cos(W * t), 0.7 / W * sin(W * t)]
-    )  # in axes at rest: d'' = -2 d from (1, 0) with (0, 0.2 + 0.5)
+    # in axes at rest: d'' = -2 d from (1, 0) with (0, 0.2 + 0.5)
+    d = np.array([cos(W * t), 0.7 / W * sin(W * t)])
     assert r[0] == pytest.approx(c * d[0] + s * d[1], abs=300e-10)
     assert r[1] == pytest.approx(-s * d[0] + c * d[1], abs=300e-10)
     assert r[2] == pytest.approx(-0.05 + 0.55 * cos(W * t), abs=300e-10)
@@ -169,9 +168,8 @@ def test_deflection(
 def test_from_what_height_it_misses(height: float, width: float) -> None:
     """U107: dropped from 670 m at 49 degrees it falls 0.25 m to the east, from 757 m 0.3 m: whoever stands below moves west."""
     solution = run("falling_body_east", set={"h": float(height)})
-    assert solution["y"][-1] == pytest.approx(
-        width, rel=3e-3
-    )  # heights are rounded to a metre, and of first order in w
+    # heights are rounded to a metre, and of first order in w
+    assert solution["y"][-1] == pytest.approx(width, rel=3e-3)
 
 
 @pytest.mark.parametrize(("latitude", "side"), [(50.0, 1.0), (-50.0, -1.0)])
@@ -188,9 +186,8 @@ def test_horizontal_motion_is_turned_to_the_right_in_the_north(latitude: float, 
             end = run("falling_body_east", set={**start, "h": 0.0}, stop=1.0)
             right.append(float(y * end["x"][-1] - x * end["y"][-1]))  # x is south, y east
         across = (right[0] - right[1]) / 2
-        assert across == pytest.approx(
-            side * 100 * w * sin(np.deg2rad(abs(latitude))), rel=2e-5
-        )  # of second order in w
+        # of second order in w
+        assert across == pytest.approx(side * 100 * w * sin(np.deg2rad(abs(latitude))), rel=2e-5)
 
 
 def test_thrown_and_dropped_deflect_four_to_one() -> None:

@@ -83,9 +83,8 @@ def test_molecule() -> None:
     """U15: depth 1/4; small swings with stiffness 14.28661; the period of a large one by quadrature."""
     assert run("lennard_jones", "rest")["energy.total"][-1] == pytest.approx(-0.25, abs=1e-12)
     minima = upward_crossings(run("lennard_jones", "small", tolerance=1e-12), "der(r)")
-    assert np.diff(minima) == pytest.approx(
-        2 * np.pi / sqrt(14.28661), rel=1e-5
-    )  # (amplitude*15)^2 and tol/amplitude
+    # (amplitude*15)^2 and tol/amplitude
+    assert np.diff(minima) == pytest.approx(2 * np.pi / sqrt(14.28661), rel=1e-5)
 
     def speed2(r: float) -> float:
         return float(2 * ((1.3**-12 - 1.3**-6) - (r**-12 - r**-6)))

@@ -520,9 +520,8 @@ def test_vertical_foldover() -> None:
     _, y = held(2.0, [1.0, 0.0], 100)
     for w in (1.9, 1.8, 1.7):
         swing, y = held(w, y, 60)
-    assert down[1.7]["rms"] == pytest.approx(
-        swing, rel=5e-3
-    )  # the study looks at 15 periods, seven and a half of the swing
+    # the study looks at 15 periods, seven and a half of the swing
+    assert down[1.7]["rms"] == pytest.approx(swing, rel=5e-3)
     assert swing > 1
     rest, _ = held(1.7, [0.01, 0.0], 100)
     assert up[1.7]["rms"] == pytest.approx(rest, rel=1e-3) and rest < 0.01

@@ -158,9 +158,8 @@ end Door;
     assert "'force' is one choice" in note
     assert "'moment'" not in note
     assert solution["touches"][-1] == 1.0  # both touch, whichever holds
-    assert (
-        abs(solution["force"][-1] - 0.6) < 1e-9
-    )  # springs of equal stiffness: as far as they are from the hinge
+    # springs of equal stiffness: as far as they are from the hinge
+    assert abs(solution["force"][-1] - 0.6) < 1e-9
     assert abs(solution["moment"][-1] - 3.0) < 1e-9
 
 

@@ -583,9 +583,8 @@ def test_sensitivities() -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("text", [SERIES, MAXWELL])
 def test_targets_give_the_same_motion(text: str, tmp_path: Path) -> None:
-    (tmp_path / "model.mech").write_text(
-        text, encoding="utf-8"
-    )  # an FMU is compared with the native run before it is written
+    # an FMU is compared with the native run before it is written
+    (tmp_path / "model.mech").write_text(text, encoding="utf-8")
     arguments = [str(tmp_path / "model.mech"), "--target", "fmu", "-o", str(tmp_path / "model.fmu")]
     assert cli(["compile", *arguments]) == 0
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from msgspec.structs import replace
+from shared_models import STIFF
 
 import mechc
 from mechc.runtime.ensembles import cluster as dask_side
@@ -154,10 +155,7 @@ def test_other_builds_of_a_model_reach_the_workers(client: Any, monkeypatch: pyt
     assert here.counts() == {"completed": 2}
     equal(here, model.ensemble(**asked, cluster=client))
     monkeypatch.setattr("mechc.session.FEW_STEPS", 300)
-    stiff = mechc.loads(
-        "model Stiff\n  dimensionless;\n  parameter mu = 1;\n  state x = 2;\n  state v = 0;\n"
-        "  equation der(x) = v;\n  equation der(v) = mu*(1 - x^2)*v - x;\n  experiment(stop = 30);\nend Stiff;\n"
-    )
+    stiff = mechc.loads(STIFF)
     here = stiff.ensemble({"mu": [1.0, 300.0]}, "final(x)")
     assert here.steps[1] < 3000
     equal(here, stiff.ensemble({"mu": [1.0, 300.0]}, "final(x)", cluster=client))

@@ -84,9 +84,8 @@ def test_killed_workers_and_a_hanging_member_change_nothing(
 
         def kill(fraction: float) -> None:
             if due and fraction > due[0]:
-                processes = client.run(
-                    os.getpid, on_error="ignore"
-                )  # one that was just killed may still be listed
+                # one that was just killed may still be listed
+                processes = client.run(os.getpid, on_error="ignore")
                 if alive := [p for p in processes.values() if p not in killed]:
                     due.pop(0)
                     killed.append(chance.choice(alive))

@@ -72,9 +72,8 @@ def test_chaos_has_the_known_exponent_and_tells_when_runs_part() -> None:
         apart = [(twin(12.0)[n] - solution(12.0)[n]) / nominal[n] for n in "xyz"]
         ratios.append(np.linalg.norm(apart) / d)
     growth = float(np.interp(12.0, found.time, found.growth))
-    assert (
-        0.5 * growth < math.hypot(*ratios) < 2 * growth
-    )  # the norm is at most theirs together, at least the largest
+    # the norm is at most theirs together, at least the largest
+    assert 0.5 * growth < math.hypot(*ratios) < 2 * growth
 
 
 @pytest.mark.slow

@@ -3,19 +3,13 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from shared_models import FOUR_BAR, example
 
 import mechc
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 @pytest.mark.parametrize("name", ["pendulum_cartesian", "rod_in_circle", "double_pendulum_cartesian"])
@@ -58,22 +52,6 @@ end Rest;
     # K = [[3, -4], [-4, 4]]
     rate = math.sqrt(-(3.5 - math.sqrt(0.25 + 16)))
     assert found.details["exponents"][0] == pytest.approx(rate, abs=1e-4)
-
-
-FOUR_BAR = """\
-import mech.planar.*;
-model FourBar
-  gravity {0, -9.81 m/s^2};
-  Bar crank(m = 1 kg, l = 0.2 m);
-  Bar coupler(m = 2 kg, l = 0.5 m);
-  Bar rocker(m = 1.5 kg, l = 0.4 m);
-  frame pivot = world * trans({0.5 m, 0});
-  Revolute a(world -> crank.a, angle = 60 deg);
-  Revolute b(crank.b -> coupler.a, angle ~ -30 deg);
-  Revolute d(pivot -> rocker.a, angle ~ 90 deg);
-  cut Revolute c(coupler.b -> rocker.b);
-end FourBar;
-"""
 
 
 def test_strong_damping_leads_downhill() -> None:

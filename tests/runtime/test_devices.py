@@ -10,6 +10,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from shared_models import BALL, WHIRL
 
 import mechc
 from mechc.compiler.graph import operations as ops
@@ -55,16 +56,6 @@ model Driven
   experiment(stop = 3 s, tolerance = 1e-9);
 end Driven;
 """
-WHIRL = """\
-model Whirl
-  parameter m = 0.5 kg;
-  coordinate a = 1 rad;
-  coordinate b = 40 deg;
-  kinetic 1/2*2 kg*(1 m*der(a))^2 + 1/2*m*(1 m*der(b))^2 + m*(1 m)^2*der(a)*der(b)*cos(a - b);
-  potential -9.81 m/s^2*1 m*(2 kg*cos(a) + m*cos(b));
-  experiment(stop = 2 s, tolerance = 1e-10);
-end Whirl;
-"""
 WHIRL_ASKED: dict[str, Any] = {
     "vary": "m ~ uniform(0.4, 0.6 kg), a ~ normal(1 rad, 0.2 rad)",
     "keep": "final(a), max(b), min(der(a)), mean(a*b), first(a < 0 rad), a, energy.total",
@@ -72,15 +63,6 @@ WHIRL_ASKED: dict[str, Any] = {
     "every": "0.25 s",
     "errors": "0.4",
 }
-BALL = """\
-model Ball
-  coordinate Length y = 1 m;
-  kinetic 1/2*1 kg*der(y)^2;
-  potential 1 kg*9.81 m/s^2*y;
-  contact floor: y restitution 0.8;
-  experiment(stop = 2 s);
-end Ball;
-"""
 CLOSED = """\
 model Closed
   coordinate Length x = 1 m;

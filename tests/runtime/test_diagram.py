@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from shared_models import CUBIC
 from slow_params import slow_but
 from struck_oscillator import after_a_period, strobed
 
@@ -47,14 +48,6 @@ model Duffing
 end Duffing;
 """
 
-CUBIC = """\
-model Cubic
-  dimensionless;
-  parameter r = -1;
-  state Real x = -1;
-  equation der(x) = r + x - x^3;
-end Cubic;
-"""
 
 TABLE = """\
 model Table "a ball on a shaken table"
@@ -178,9 +171,8 @@ def test_several_starts_show_attractors_beside_each_other() -> None:
         assert len(rows) == 12
         for row in rows:
             roots = np.sort(np.roots([-1, 0, 1, row["parameter"]["r"]]).real)
-            wanted = (
-                roots[0] if row["start"]["x"] < 0 else roots[2]
-            )  # the middle one lies within 0.34 of zero
+            # the middle one lies within 0.34 of zero
+            wanted = roots[0] if row["start"]["x"] < 0 else roots[2]
             assert row["points"][-1] == pytest.approx(wanted, abs=1e-6)
     found = mechc.loads(CUBIC).diagram(**settings)
     assert found.message.endswith("points at 3 values of r from 4 starts")
@@ -300,9 +292,8 @@ def test_an_initial_value_is_varied_from_the_start_only() -> None:
 
 def test_what_comes_to_rest_is_one_point() -> None:
     (row, _) = asked(CUBIC, over="r = -1 .. -0.9, 2", hold=60)
-    assert row["period"] == 1 and row["points"] == pytest.approx(
-        [-1.3247179572447460], rel=1e-8
-    )  # x^3 - x = -1
+    # x^3 - x = -1
+    assert row["period"] == 1 and row["points"] == pytest.approx([-1.3247179572447460], rel=1e-8)
 
 
 def test_values_without_points_are_counted() -> None:
@@ -413,9 +404,8 @@ def test_a_branch_of_stick_and_slip(law: str) -> None:
         (largest,), (smallest,) = one["points"], other["points"]
         wanted = stick_and_slip(LAWS[law], one["parameter"]["u"])
         assert (one["period"], largest, smallest) == pytest.approx(wanted, rel=1e-9, abs=1e-9)
-        assert (
-            max(abs(complex(*m)) for m in one["multipliers"]) < 1e-8
-        )  # nothing of a change is left after a stick
+        # nothing of a change is left after a stick
+        assert max(abs(complex(*m)) for m in one["multipliers"]) < 1e-8
 
 
 def test_why_there_is_no_branch_is_said() -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shared_models import STIFF
 
 import mechc
 from mechc.requests.parse_values import UsageMistake
@@ -54,18 +55,6 @@ model Ball
   assert y > -1 m, "below";
   experiment(stop = 2 s);
 end Ball;
-"""
-
-STIFF = """\
-model Stiff
-  dimensionless;
-  parameter mu = 1;
-  state x = 2;
-  state v = 0;
-  equation der(x) = v;
-  equation der(v) = mu*(1 - x^2)*v - x;
-  experiment(stop = 30);
-end Stiff;
 """
 
 

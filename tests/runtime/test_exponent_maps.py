@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from shared_models import example
 
 import mechc
 from mechc.runtime.numerics.growth_rates import megno, times_of
 
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 KEPT = "lyapunov(time)"
 DAMPED = """\
 model Damped
@@ -27,10 +26,6 @@ model Damped
 end Damped;
 """
 FOLLOWED = DAMPED.replace("  experiment", "  state s = 0;\n  equation der(s) = x^2;\n  experiment")
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 @pytest.mark.parametrize("text", [DAMPED, FOLLOWED], ids=["alone", "with an integral that follows"])

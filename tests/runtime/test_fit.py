@@ -125,9 +125,8 @@ def test_what_cannot_be_told_changes_no_other_interval(model: mechc.Model, motio
     data = noisy(motion, 1, theta=0.005)
     plain, more = model.fit(data, "l, c, theta"), model.fit(data, "l, c, theta, m")
     for name in ("l", "theta"):
-        assert errors(more)[name] == pytest.approx(
-            errors(plain)[name], rel=0.02
-        )  # one more unknown in the count
+        # one more unknown in the count
+        assert errors(more)[name] == pytest.approx(errors(plain)[name], rel=0.02)
 
 
 def test_files_of_one_name_are_told_apart(model: mechc.Model, tmp_path: Path) -> None:

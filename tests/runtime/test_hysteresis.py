@@ -9,20 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from shared_models import CUBIC
 
 import mechc
 from mechc.runtime.outcome import SimulationError
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
 
-CUBIC = """\
-model Cubic
-  dimensionless;
-  parameter r = -1;
-  state Real x = -1;
-  equation der(x) = r + x - x^3;
-end Cubic;
-"""
 
 RELAY = """\
 model Relay

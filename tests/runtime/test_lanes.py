@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from shared_models import BALL, STIFF, WHIRL
 from slow_params import slow_among
 
 import mechc
@@ -38,38 +39,7 @@ model Driven
 end Driven;
 """
 
-BALL = """\
-model Ball
-  coordinate Length y = 1 m;
-  kinetic 1/2*1 kg*der(y)^2;
-  potential 1 kg*9.81 m/s^2*y;
-  contact floor: y restitution 0.8;
-  experiment(stop = 2 s);
-end Ball;
-"""
 
-STIFF = """\
-model Stiff
-  dimensionless;
-  parameter mu = 1;
-  state x = 2;
-  state v = 0;
-  equation der(x) = v;
-  equation der(v) = mu*(1 - x^2)*v - x;
-  experiment(stop = 30);
-end Stiff;
-"""
-
-WHIRL = """\
-model Whirl
-  parameter m = 0.5 kg;
-  coordinate a = 1 rad;
-  coordinate b = 40 deg;
-  kinetic 1/2*2 kg*(1 m*der(a))^2 + 1/2*m*(1 m*der(b))^2 + m*(1 m)^2*der(a)*der(b)*cos(a - b);
-  potential -9.81 m/s^2*1 m*(2 kg*cos(a) + m*cos(b));
-  experiment(stop = 2 s, tolerance = 1e-10);
-end Whirl;
-"""
 ORBIT = """\
 model Orbit
   dimensionless;

@@ -103,9 +103,8 @@ def test_a_force_that_the_acceleration_reaches_is_told_so() -> None:
     np.testing.assert_allclose([found.D1[0, 0], found.D2[0, 0]], [10, 0.5], rtol=1e-12)
     # numerator: s^2 (M m s^2 + (M + m) c s + (M + m) k)
     wanted_zeros = np.sort_complex([0, 0, *np.roots([0.5, 15, 150])])
-    np.testing.assert_allclose(
-        np.sort_complex(nulls(found)), wanted_zeros, atol=1e-6
-    )  # a double one: sqrt(rounding)
+    # a double one: sqrt(rounding)
+    np.testing.assert_allclose(np.sort_complex(nulls(found)), wanted_zeros, atol=1e-6)
     assert any("acceleration of 'y' reaches 'push' at once" in remark for remark in found.remarks)
     assert np.array_equal(found.arrays["D2"], found.D2)
     for asked in (found.signal, lambda: linear(BASE, outputs="push", sample=0.01)):

@@ -82,9 +82,8 @@ def test_against_the_linearizer_of_sympy(name: str) -> None:
     frame = ReferenceFrame("N")
     loads = []
     for k, (x, force) in enumerate(zip(rates, twin.forces(*q, *rates, u), strict=True)):
-        turning = ReferenceFrame(
-            f"T{k}"
-        )  # its angular velocity is the rate, so a torque on it is the generalised force
+        # its angular velocity is the rate, so a torque on it is the generalised force
+        turning = ReferenceFrame(f"T{k}")
         turning.set_ang_vel(frame, x * frame.z)
         loads.append((turning, force * frame.z))
     method = LagrangesMethod(twin.lagrangian(*q, *rates), q, forcelist=loads, frame=frame)

@@ -4,24 +4,18 @@ from __future__ import annotations
 
 import math
 import time
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
+from shared_models import example
 
 import mechc
 from mechc.runtime.numerics.growth_rates import estimated
 from mechc.runtime.outcome import Outcome
 from mechc.runtime.studies.kinds.lyapunov import kaplan_yorke
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 def test_lorenz() -> None:

@@ -29,9 +29,8 @@ def test_the_mean_begins_with_the_value_and_is_that_of_a_sine() -> None:
     """mean of (2 sin + cos)^2 up to t, integrated by hand; 1 at the start, where the mean is 0/0."""
     found = mechc.loads(SHAKEN).simulate(estimate_error=False)
     t, w = found.time[1:], 8 * np.pi
-    mixed = (1 - np.cos(3.5 * w * t)) / (3.5 * w) - (1 - np.cos(1.5 * w * t)) / (
-        1.5 * w
-    )  # 2 sin(wt) cos(2.5 wt)
+    # 2 sin(wt) cos(2.5 wt)
+    mixed = (1 - np.cos(3.5 * w * t)) / (3.5 * w) - (1 - np.cos(1.5 * w * t)) / (1.5 * w)
     squares = 4 * (t / 2 - np.sin(2 * w * t) / (4 * w)) + (t / 2 + np.sin(5 * w * t) / (10 * w)) + 2 * mixed
     assert found["one"][0] == 1
     assert found["one"][1:] == pytest.approx(np.sqrt(squares / t), rel=1e-7)

@@ -3,17 +3,11 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import pytest
+from shared_models import example
 
 import mechc
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 def test_a_pebble_down_a_slope() -> None:

@@ -12,16 +12,10 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import mathieu_a, mathieu_b
+from shared_models import example
 
 import mechc
 from mechc.cli.main import run as run_command
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
-
 
 DUFFING = """\
 model Duffing
@@ -271,9 +265,8 @@ def test_an_impact_oscillator(e: float, w: float) -> None:
     force, turn = 1 / (1 - w * w), 2 * math.pi / w
     c, s = math.cos(turn), math.sin(turn)
     swing = -(1 - c) / s  # S over P cos(w s), so that it comes back to the stop after a period
-    lean = (swing * (1 + e * c) + e * s) / (
-        1 + e
-    )  # P w sin(w s) over P cos(w s), so that it leaves as before
+    # P w sin(w s) over P cos(w s), so that it leaves as before
+    lean = (swing * (1 + e * c) + e * s) / (1 + e)
     begin = math.atan2(lean / w, 1.0) / w
     a = force * math.cos(w * begin)
     v = (swing - lean) * a

@@ -196,9 +196,8 @@ def test_a_family_about_l1_meets_nothing() -> None:
     assert np.abs(np.diff(large)).max() < 20 and 2200 < min(large) < max(large) < 2500
     for one in found["orbits"]:
         assert len(one["multipliers"]) == 2
-        assert np.prod([complex(*m) for m in one["multipliers"]]) == pytest.approx(
-            1, abs=1e-3
-        )  # errors of 1e-7, times 2400
+        # errors of 1e-7, times 2400
+        assert np.prod([complex(*m) for m in one["multipliers"]]) == pytest.approx(1, abs=1e-3)
 
 
 DUFFING = """\

@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import mpmath
 import numpy as np
 import pytest
 from scipy.special import ellipk
+from shared_models import example
 
 import mechc
 from mechc.runtime.studies.findings import Findings
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
-
 
 ONE = """\
 model One

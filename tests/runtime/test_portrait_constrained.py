@@ -8,6 +8,7 @@ from typing import Any
 import mpmath
 import numpy as np
 import pytest
+from shared_models import FOUR_BAR
 
 import mechc
 from mechc.runtime.outcome import SimulationError
@@ -72,22 +73,6 @@ def test_a_bead_on_a_rotating_hoop_that_holds_it_by_a_constraint() -> None:
         assert one["kind"] == ("centre" if name == "side" else "saddle")
         assert abs(complex(*one["eigenvalues"][0])) == pytest.approx(rates[name], rel=1e-7)
     assert seen == {"top", "bottom", "side"}
-
-
-FOUR_BAR = """\
-import mech.planar.*;
-model FourBar
-  gravity {0, -9.81 m/s^2};
-  Bar crank(m = 1 kg, l = 0.2 m);
-  Bar coupler(m = 2 kg, l = 0.5 m);
-  Bar rocker(m = 1.5 kg, l = 0.4 m);
-  frame pivot = world * trans({0.5 m, 0});
-  Revolute a(world -> crank.a, angle = 60 deg);
-  Revolute b(crank.b -> coupler.a, angle ~ -30 deg);
-  Revolute d(pivot -> rocker.a, angle ~ 90 deg);
-  cut Revolute c(coupler.b -> rocker.b);
-end FourBar;
-"""
 
 
 def energies_of_four_bar(angle: float) -> tuple[float, float]:

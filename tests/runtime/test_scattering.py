@@ -3,21 +3,14 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import brentq, minimize_scalar
+from shared_models import example
 
 import mechc
-
-EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
-
 
 PARTICLE = """\
 model Particle

@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from shared_models import example
 
 import mechc
 from mechc.cli.main import run as run_command
@@ -18,10 +19,6 @@ from mechc.runtime.outcome import Outcome, SimulationError
 from mechc.runtime.studies.flow.crossings import chandrupatla, crossings
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "examples"
-
-
-def example(name: str) -> mechc.Model:
-    return mechc.load(EXAMPLES / f"{name}.mech")
 
 
 TWO = """\
@@ -99,14 +96,12 @@ def test_several_starts() -> None:
 def test_through_impacts() -> None:
     """An elastic ball is at half its height every sqrt(2) (4 sqrt(1/4 ...)): up once in a bounce of 2 sqrt(2)."""
     found = mechc.loads(BALL).section(where="z = 1/2", count=20)
-    first = math.sqrt(2) + (
-        math.sqrt(2) - 1
-    )  # down to 0, then up to 1/2: sqrt(2) less the unit from 1/2 to 1
+    # down to 0, then up to 1/2: sqrt(2) less the unit from 1/2 to 1
+    first = math.sqrt(2) + (math.sqrt(2) - 1)
     assert found.arrays["time"] == pytest.approx(first + 2 * math.sqrt(2) * np.arange(20), abs=1e-7)
     assert (found.arrays["der(z)"] > 0).all()
-    jumps = mechc.loads(BALL).section(
-        where="der(z) = 0", count=5
-    )  # its jump is not a passage; the turn at the top is
+    # its jump is not a passage; the turn at the top is
+    jumps = mechc.loads(BALL).section(where="der(z) = 0", count=5)
     assert jumps.summary()["count"] == 0 or (np.abs(jumps.arrays["z"] - 1) < 1e-6).all()
 
 

@@ -6,13 +6,12 @@ otherwise.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, running_browser
+from browsers import Opened, needs_browser
 from c_programs import check_rows
 from fmu_models import written
 from wasm_module import WasmRun, needs_wasmtime
@@ -96,11 +95,6 @@ def test_the_code_of_a_page(native: mechc.Solution) -> None:
     _, rows = run.run(1.0, kernel.methods.index("dop853"), 1e-8)
     check(native, [q.name for q in native.problem.states], rows)
     assert run.instance.call("web_n_events") == len(native.events)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 @needs_browser

@@ -60,9 +60,8 @@ def test_a_bushing_at_rest_under_a_load() -> None:
     rest = np.linalg.solve(np.block([[K, Q], [Q.T, R]]), load)
     found = [s[f"f.position[{i}]"][-1] for i in (1, 2, 3)]
     found += [2 * s[f"f.orientation[{i}]"][-1] for i in (2, 3, 4)]
-    assert found == pytest.approx(
-        rest, abs=3e-8
-    )  # angles of 3e-4 rad: squares are 1e-7, times the largest one
+    # angles of 3e-4 rad: squares are 1e-7, times the largest one
+    assert found == pytest.approx(rest, abs=3e-8)
 
 
 def test_a_bearing_lets_its_shaft_turn() -> None:
@@ -347,9 +346,8 @@ def test_a_wing_glides_at_its_ratio() -> None:
             space,
         )
         n = 2 if space == "planar" else 3
-        assert s[f"der(t.position[{n}])"] == pytest.approx(
-            -v * math.sin(glide), rel=2e-4
-        )  # the stall takes 7e-5 of the lift
+        # the stall takes 7e-5 of the lift
+        assert s[f"der(t.position[{n}])"] == pytest.approx(-v * math.sin(glide), rel=2e-4)
         assert s["w.alpha"] == pytest.approx(a, rel=2e-4)
 
 

@@ -109,6 +109,5 @@ def test_constants() -> None:
     text = "import mech.constants.*;\ncoordinate x = 1 m;\nkinetic 1/2*1 kg*der(x)^2;\n"
     got = start(text + "".join(f"output c_{name} = {name}();\n" for name in names))
     for name, value in names.items():
-        assert got[f"c_{name}"] == pytest.approx(
-            value, rel=1e-7
-        )  # later adjustments differ in the ninth digit
+        # later adjustments differ in the ninth digit
+        assert got[f"c_{name}"] == pytest.approx(value, rel=1e-7)

@@ -145,9 +145,8 @@ def test_settings_of_joints_with_a_ball(name: str) -> None:
     assert s["energy.total"] == pytest.approx(np.exp(-4 * s.time), rel=1e-7)
     s = run(f"{before}stiffness = 50 N.m/rad", rate)
     assert s["energy.total"] == pytest.approx(1, rel=1e-8)
-    t = float(
-        s.time[np.argmax(-s["z[2]"])]
-    )  # the potential 2 k tan(angle/2)^2 is 4 % stiffer than a spring at 0.2 rad
+    # the potential 2 k tan(angle/2)^2 is 4 % stiffer than a spring at 0.2 rad
+    t = float(s.time[np.argmax(-s["z[2]"])])
     assert t == pytest.approx(math.pi / 2 / 5, rel=0.02)
     assert np.abs(s["z[2]"]).max() == pytest.approx(math.sin(2 * math.atan(0.1)), rel=1e-4)
 

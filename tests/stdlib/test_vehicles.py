@@ -207,9 +207,8 @@ def test_a_steady_turn_shows_the_understeer_gradient() -> None:
     s = run(car(30.0).replace("steer = 0 rad", "steer = 0.001 rad") + "output r = der(pose.angle);", 5.0)
     Cf, Cr = stiffness(1500 * 9.81 * 1.55 / 2.7 / 2), stiffness(1500 * 9.81 * 1.15 / 2.7 / 2)
     K = 1500 * (1.55 / Cf - 1.15 / Cr) / 2.7
-    assert s["r"][-1] == pytest.approx(
-        0.001 * 30 / (2.7 + K * 30**2), rel=1e-4
-    )  # slips of 0.03: cubes are 1e-3, curves bend by a tenth of that
+    # slips of 0.03: cubes are 1e-3, curves bend by a tenth of that
+    assert s["r"][-1] == pytest.approx(0.001 * 30 / (2.7 + K * 30**2), rel=1e-4)
 
 
 def test_a_driver_changes_the_lane() -> None:
@@ -257,9 +256,8 @@ def test_a_wheel_that_is_pulled_askew() -> None:
     sigma = s["sy"][0]
     x = 10 * math.cos(0.05) * s.time
     expected = np.arctan(math.tan(0.05) * (1 - np.exp(-x / sigma)))
-    assert s["alpha"][:200] == pytest.approx(
-        expected[:200], rel=2e-3
-    )  # the load, and sigma with it, settles by 0.1 %
+    # the load, and sigma with it, settles by 0.1 %
+    assert s["alpha"][:200] == pytest.approx(expected[:200], rel=2e-3)
     assert s["alpha"][-1] == pytest.approx(0.05, rel=1e-6)
     assert s["tyre.Fy"] == pytest.approx(s["rig.Fy"], rel=1e-9)
 

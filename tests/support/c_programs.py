@@ -76,9 +76,8 @@ def rows_of_run(model: mechc.Model, names: list[str]) -> tuple[Array, Array]:
     ran, first = exported_run(model, None, defaults.stop)
     method = method_of(ran, first)
     compiled = ran.problem(reproducible=True, method=method)
-    compiled = replace(
-        compiled, timed_points=()
-    )  # programs end no steps at kinks and points of tables of time
+    # programs end no steps at kinks and points of tables of time
+    compiled = replace(compiled, timed_points=())
     options = SimulationOptions(
         values=model.settings,
         stop=defaults.stop,

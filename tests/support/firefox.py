@@ -53,9 +53,8 @@ class Firefox:
         assert FIREFOX is not None
         lines = [f"user_pref({json.dumps(name)}, {json.dumps(value)});\n" for name, value in SETTINGS.items()]
         (folder / "user.js").write_text("".join(lines))
-        shown = (
-            [] if os.environ.get("DISPLAY") else ["--headless"]
-        )  # which has no WebGL: xvfb-run brings a display
+        # which has no WebGL: xvfb-run brings a display
+        shown = [] if os.environ.get("DISPLAY") else ["--headless"]
         command = [FIREFOX, *shown, "--no-remote", "--marionette", "--profile", str(folder)]
         self.process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         port = folder / "MarionetteActivePort"

@@ -26,6 +26,16 @@ DATA = ROOT / "tests" / "physics" / "data"
 TOLERANCE = 1e-10
 ROUNDING = 1e-13  # of a few hundred steps; smaller errors are not told apart
 
+
+def stars(n: int) -> dict[str, str]:
+    """Return the states of n bodies by the names that published solutions give them."""
+    names: dict[str, str] = {}
+    for i in range(1, n + 1):
+        names |= {f"x{i}": f"r[{i},1]", f"y{i}": f"r[{i},2]"}
+        names |= {f"vx{i}": f"der(r[{i},1])", f"vy{i}": f"der(r[{i},2])"}
+    return names
+
+
 Array = NDArray[np.float64]
 Formula = Callable[[Array], Any]
 """A quantity as a function of the times of the output."""

@@ -96,6 +96,6 @@ def _size(vector: ast.Declaration) -> int:
 
 
 def _stated(doc: str) -> int | None:
-    """Return the freedoms that a doc string tells: ``1 freedom``, ``all 3 freedoms``, ``no freedom``."""
-    found = re.search(r"(\d+|no) freedom", doc)
+    """Return the freedoms that a doc string tells: ``1 degree of freedom``, ``all 3 degrees of freedom``, ``no degree of freedom``."""
+    found = re.search(r"(\d+|no) degrees? of freedom", doc)
     return None if found is None else 0 if found[1] == "no" else int(found[1])

@@ -18,7 +18,7 @@ from ...graph.evaluate import evaluate
 from ...mechanics.meaning.symbols import Scalar
 from ...mechanics.system import Curve, MechanicalSystem, WholeNumber
 from ..model import EXCHANGED, Equations, Function, Slot, origin, quantity
-from ..reported.entries import parameter_rules
+from ..reported.entries import declared, parameter_rules
 from .conditions import Conditions, conditions_of
 from .first_integrals import answered, first_integrals
 from .forms import Forms, forms_of, independent, kinks, over_a_parameter
@@ -27,7 +27,7 @@ Pattern = tuple[tuple[int, int], ...]
 
 
 def assemble_curve(
-    system: MechanicalSystem, curve: Curve, reporter: Reporter, parts: Collection[str] = ()
+    system: MechanicalSystem, curve: Curve, reporter: Reporter, parts: Collection[str]
 ) -> Equations:
     """Return the functions of a model of a curve; report what no curve can fulfil."""
     graph = system.graph
@@ -89,7 +89,7 @@ def assemble_curve(
             "a formula bends at a known place, and the range is not known",
             curve.origin.shown,
             caption="an end of this is to be found",
-            help="a kink is a border of elements, which then would move: give the range",
+            help="elements end at kinks, which would then move: give the range",
         )
     if bends:
         reporter.warning(
@@ -281,19 +281,7 @@ def _layout(
 
 
 def _entry(scalar: Scalar, kind: str) -> Quantity:
-    variable, attributes = scalar.variable, scalar.variable.attributes
-    unit = unit_of(variable.type.dimension, variable.type.angle, attributes.display)
-    return quantity(
-        scalar.name,
-        kind,
-        unit,
-        attributes.display,
-        attributes.nominal,
-        attributes.minimum,
-        attributes.maximum,
-        variable.doc,
-        variable.origin.span,
-    )
+    return declared(scalar.variable, scalar.name, kind)
 
 
 def _parameters(system: MechanicalSystem) -> tuple[Quantity, ...]:
@@ -343,16 +331,13 @@ def _shares(graph: Graph, curve: Curve, places: Sequence[WholeNumber]) -> list[N
 def _outputs(
     system: MechanicalSystem, curve: Curve, forms: Forms, found: Conditions, reporter: Reporter
 ) -> list[tuple[Quantity, Node]]:
-    rows = []
-    for row in system.outputs:
-        type, attributes = row.definition.type, row.definition.attributes
-        unit = unit_of(type.dimension, type.angle, attributes.display)
-        entry = quantity(
-            row.name, "output", unit, attributes.display, attributes.nominal, attributes.minimum,
-            attributes.maximum, row.definition.doc, row.definition.origin.span,
-        )  # fmt: skip
-        rows.append((entry, answered(system, curve, forms, found, row.node, reporter)))
-    return rows
+    return [
+        (
+            declared(row.definition, row.name, "output"),
+            answered(system, curve, forms, found, row.node, reporter),
+        )
+        for row in system.outputs
+    ]
 
 
 def _number_rows(curve: Curve, found: Conditions) -> tuple[CurveRow, ...]:

@@ -80,8 +80,8 @@ def conditions_of(
                     "E0558",
                     f"the inequality '{name}' is about the whole curve",
                     rows.origin.shown,
-                    caption="inequalities hold at every place",
-                    help="write it as an equation, if it is reached, or leave it out, if it is not",
+                    caption="inequalities hold at every point",
+                    help="if it is active, write it as an equation; if not, leave it out",
                 )
             wholes.append((CurveRow(name, kind, unit, False, origin(rows.origin.shown)), residual))
     for joint in system.constraints:  # loops of joints close at every place
@@ -232,10 +232,10 @@ def _check_places(
         }:
             reporter.error(
                 "E0559",
-                "a value inside a range that is not known",
+                "a value inside a range with an unknown end",
                 w.origin.shown,
                 caption="an end of the range is to be found",
-                help="'at' knows both ends of such a range",
+                help="in such a range, 'at' takes either end",
             )
         elif not set(system.graph.support(w.place)) <= known:
             reporter.error(

@@ -153,7 +153,7 @@ def check_positions(system: MechanicalSystem, solved: Solved, reporter: Reporter
                     "E0719",
                     "constraints tie this coordinate to others, so an event cannot set it alone",
                     action.origin.span,
-                    caption=f"'{row.title}' would not hold any more",
+                    caption=f"'{row.title}' would no longer hold",
                     help="set its rate, 'reinit(der(q), ..)': the rates of the others follow; "
                     "or begin another run there, with its initial values",
                 )

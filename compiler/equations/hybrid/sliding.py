@@ -54,7 +54,7 @@ def with_sliding(
     ]
     held = {s.switch.symbol: s for s in surfaces}
     located = [
-        _held(system, s, held[s.symbol]) if s.symbol in held else s
+        _sliding_switch(system, s, held[s.symbol]) if s.symbol in held else s
         for s in switches.located
         if s.symbol not in merged
     ]
@@ -128,7 +128,7 @@ def _surface(
     )
 
 
-def _held(system: MechanicalSystem, switch: SwitchPlan, surface: SlidingSurface) -> SwitchPlan:
+def _sliding_switch(system: MechanicalSystem, switch: SwitchPlan, surface: SlidingSurface) -> SwitchPlan:
     """Return a switch that stays as it is while the motion slides along its surface."""
     graph, mode = system.graph, surface.mode.symbol
     as_it_is = graph.select(switch.symbol, graph.minus_one, graph.one)

@@ -60,9 +60,9 @@ def add_events(
     functions: Sequence[Function],
     outputs: Sequence[Quantity],
     reporter: Reporter,
-    parts: Collection[str] = (),
-    crowd: Crowd | None = None,
-    laws: ToldLaws | None = None,
+    parts: Collection[str],
+    crowd: Crowd | None,
+    laws: ToldLaws | None,
 ) -> EventEquations | None:
     """Return the model with its events, or None where nothing switches. ``parts``: see needs.py."""
     graph = system.graph
@@ -105,7 +105,7 @@ def add_events(
     if laws is not None:
         z += laws.symbols
     if crowd is not None:
-        z = _beside(system, steps, z, crowd, reporter)
+        z = _with_crowd(system, steps, z, crowd, reporter)
     layout = _with_z(system, layout, z)
     place = {n: slot.index for n, slot in layout.slots.items() if slot.array == "z"}
     changed = [
@@ -166,7 +166,7 @@ def add_events(
     return EventEquations(layout, (*changed, *made), plan, jumps)
 
 
-def _beside(
+def _with_crowd(
     system: MechanicalSystem, steps: Sequence[EnergyStep], z: Sequence[Node], crowd: Crowd, reporter: Reporter
 ) -> list[Node]:
     """Return z with the places of a crowd; report what cannot stand beside one."""

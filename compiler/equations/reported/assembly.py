@@ -94,7 +94,7 @@ def assembly(
     for row in (*solved.all_rows, *held):
         (residual,) = wanted(row, [row.rate])
         unit = row.constraint.units[row.component]
-        unit = _per_second(unit) if row.position is not None and not layout.dimensionless else unit
+        unit = f"{unit or '1'}/s" if row.position is not None and not layout.dimensionless else unit
         entry = AssemblyRow(row.title, 2, "constraint", True, unit, origin(row.constraint.origin.shown))
         (gradient,) = jacobian(system.graph, [residual], velocities)
         held_by = followed.get(row.constraint.name, ())
@@ -151,10 +151,6 @@ def _displaced(system: MechanicalSystem, residual: Node, layout: Layout) -> dict
 
 def _entry(row: InitialRow, stage: int) -> AssemblyRow:
     return AssemblyRow(row.name, stage, "initial", row.known, row.unit, origin(row.origin.shown))
-
-
-def _per_second(unit: str) -> str:
-    return f"{unit or '1'}/s"
 
 
 def _rate_is_open(system: MechanicalSystem, row: InitialRow, rate: Node, reporter: Reporter) -> None:

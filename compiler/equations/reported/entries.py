@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from mechc.lang.units import DIMENSIONLESS, parse_unit, unit_of
 from mechc.runtime.interface import Quantity
 
-from ...flat.model import Kind
+from ...flat.model import Definition, Kind, Variable
 from ...flat.operands import idle_parameters
 from ...graph import Node
 from ...graph.operations import SELECT
@@ -191,6 +191,15 @@ def _entry(scalar: Scalar, kind: str, pure: bool, *, rate: bool = False) -> Quan
         attributes.options.get("interpolation", "linear"),
         _TYPES.get(variable.type.kind, "real"),
     )
+
+
+def declared(of: Variable | Definition, name: str, kind: str, unit: str | None = None) -> Quantity:
+    """Return the description of one number of what a model declares; ``unit``: in place of that of its type."""
+    said, type = of.attributes, of.type
+    if unit is None:
+        unit = unit_of(type.dimension, type.angle, said.display)
+    numbers = said.nominal, said.minimum, said.maximum
+    return quantity(name, kind, unit, said.display, *numbers, of.doc, of.origin.span)
 
 
 def momentum_unit(scalar: Scalar, layout: Layout) -> str:

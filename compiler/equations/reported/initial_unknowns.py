@@ -77,7 +77,7 @@ def initial_unknowns(
                     "E0609",
                     f"the initial condition on '{row.name}' cannot hold",
                     row.origin.shown,
-                    caption=f"whatever the start, this is off by {float(graph.value(residual)):.6g}",
+                    caption=f"for every start, this is off by {float(graph.value(residual)):.6g}",
                     help="nothing at the start changes it",
                 )
             continue

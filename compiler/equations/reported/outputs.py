@@ -7,15 +7,14 @@ from collections.abc import Collection
 
 from msgspec import Struct
 
-from mechc.lang.units import unit_of
 from mechc.runtime.interface import Quantity
 
-from ...flat.model import Definition, Kind
+from ...flat.model import Kind
 from ...graph import Node
 from ...mechanics.system import MechanicalSystem
 from ..model import quantity
 from ..solve.solved import Solved
-from .entries import Layout, momentum_unit
+from .entries import Layout, declared, momentum_unit
 from .momenta import conserved_momenta
 
 
@@ -29,7 +28,7 @@ class OutputList(Struct, frozen=True):
 
 
 def list_outputs(
-    system: MechanicalSystem, solved: Solved, layout: Layout, parts: Collection[str] = ()
+    system: MechanicalSystem, solved: Solved, layout: Layout, parts: Collection[str]
 ) -> OutputList:
     """Return the outputs of a model, prescribed coordinates first. ``parts``: see needs.py."""
     rows = _rows(system, solved, layout)
@@ -57,7 +56,8 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
             if not drive.balanced or _has_a_rate(system, solved, system.v[i].node)
         ]
     for row in system.outputs:
-        rows.append((_declared(row.definition, row.name, layout), row.node))
+        unit = layout.length if row.definition.type.kind is Kind.POINT else None
+        rows.append((declared(row.definition, row.name, "output", unit), row.node))
     energy = solved.energies
     joule = layout.energy
     rows += [
@@ -91,23 +91,6 @@ def _rows(system: MechanicalSystem, solved: Solved, layout: Layout) -> list[tupl
 def _has_a_rate(system: MechanicalSystem, solved: Solved, rate: Node) -> bool:
     """Tell whether a rate that a balance of forces gives is known: that of an input is not."""
     return system.unknown_rates.keys().isdisjoint(system.graph.support(*solved.resolve([rate])))
-
-
-def _declared(definition: Definition, name: str, layout: Layout) -> Quantity:
-    """Return the description of one number of an output."""
-    type, attributes = definition.type, definition.attributes
-    unit = unit_of(type.dimension, type.angle, attributes.display)
-    return quantity(
-        name,
-        "output",
-        layout.length if type.kind is Kind.POINT else unit,
-        attributes.display,
-        attributes.nominal,
-        attributes.minimum,
-        attributes.maximum,
-        definition.doc,
-        definition.origin.span,
-    )
 
 
 def _creeps(system: MechanicalSystem, layout: Layout) -> list[tuple[Quantity, Node]]:

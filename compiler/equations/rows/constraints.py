@@ -135,7 +135,7 @@ def _report_unchangeable(
             "position",
             span,
             caption="no coordinate changes this",
-            help="look at places, lengths and axes around the loop, or take a joint that leaves more freedoms",
+            help="check positions, lengths and axes around the loop, or use a joint with more degrees of freedom",
         )
     else:
         reporter.error(

@@ -91,10 +91,10 @@ def forces_by_name(system: MechanicalSystem, members: Sequence[CrowdMember]) -> 
     for member in members:
         for rows, force in zip((member.gap, *member.friction), member.forces, strict=True):
             assert rows.mode is not None
-            name = rows.mode.whole or rows.name
-            if name in found or name != rows.name:  # parts of one gap: nobody asked has all of them here
-                found.pop(name, None)
             found[rows.name] = (force,)
+            whole = rows.mode.whole
+            if whole and whole != rows.name:  # a part of its gap
+                found[whole] = (system.graph.add(found.get(whole, (system.graph.zero,))[0], force),)
     return found
 
 

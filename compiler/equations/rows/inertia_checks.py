@@ -16,7 +16,7 @@ from msgspec import Struct
 from mechc.lang.diagnostics import Reporter
 
 from ...flat.model import Origin
-from ...graph import Graph, Node
+from ...graph import Node
 from ...graph.evaluate import evaluate
 from ...mechanics.defaults import default_values
 from ...mechanics.kinematics.frames import Frame
@@ -208,16 +208,12 @@ def _place(system: MechanicalSystem, frame: Frame, values: Mapping[Node, float])
             offset = _in_space(evaluate(graph, list(at.step.offset), values))
             origin = (origin[0] + offset[0], origin[1] + offset[1], origin[2] + offset[2])
         else:
-            turn = _numbers(graph, rotation_of(graph, at.step), values)
+            turn = [evaluate(graph, list(row), values) for row in rotation_of(graph, at.step)]
             axes = [[_dot(row, column) for column in zip(*axes, strict=True)] for row in turn]
             x, y, z = (_dot(row, origin) for row in turn)
             origin = (x, y, z)
         at = at.parent
     return axes, origin
-
-
-def _numbers(graph: Graph, matrix: Sequence[Sequence[Node]], values: Mapping[Node, float]) -> Table:
-    return [evaluate(graph, list(row), values) for row in matrix]
 
 
 def _in_space(vector: Sequence[float]) -> Numbers:

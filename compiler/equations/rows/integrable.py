@@ -45,7 +45,7 @@ def note_integrable(
                 f"constraint '{name}' contains velocities, but could be written with coordinates alone",
                 group[0].constraint.origin.shown,
                 caption="integrable",
-                help="on position level it cannot drift, and it takes a freedom of the positions too",
+                help="between positions it cannot drift, and it also removes a degree of freedom of the positions",
             )
 
 

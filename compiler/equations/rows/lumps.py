@@ -84,7 +84,7 @@ def _fixed_in(graph: Graph, frame: Frame, is_constant: IsConstant) -> tuple[Fram
         if isinstance(
             step, Rotate
         ):  # turned further about the axis of a joint, it hangs beside what the joint moves
-            moving, rest = _apart(graph, step.angle, is_constant)
+            moving, rest = _varying_part(graph, step.angle, is_constant)
             beside = parent.children.get(Rotate(step.axis, moving))
             if beside is not None and beside is not frame:
                 return beside, [Rotate(step.axis, rest), *steps]
@@ -92,7 +92,7 @@ def _fixed_in(graph: Graph, frame: Frame, is_constant: IsConstant) -> tuple[Fram
     return frame, steps
 
 
-def _apart(graph: Graph, angle: Node, is_constant: IsConstant) -> tuple[Node, Node]:
+def _varying_part(graph: Graph, angle: Node, is_constant: IsConstant) -> tuple[Node, Node]:
     """Return what changes of an angle, and the rest."""
     rest = graph.zero
     while graph.op(angle) in (ops.ADD, ops.SUB):

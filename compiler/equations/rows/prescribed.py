@@ -69,7 +69,7 @@ def check_prescribed(system: MechanicalSystem, driven: Mapping[Node, Node], repo
                 f"the {'position' if k < count else 'rate'} that is prescribed for '{name}' jumps",
                 row.origin.span,
                 caption=f"at time = {at:.4g}{unit}",
-                help=f"let it change within a time; or write 'constraint {name} = ..' if it is a coordinate: "
+                help=f"let it change over a finite time; or write 'constraint {name} = ..' if it is a coordinate: "
                 "there a rate that jumps is an impulse",
             )
             break
@@ -93,7 +93,7 @@ def check_carriers(system: MechanicalSystem, driven: Mapping[Node, Node], report
                 f"the {what} of a frame that carries a mass jumps",
                 origin.shown,
                 caption=f"what carries this jumps at time = {at}",
-                help="let it change within a time; or move the frame by a coordinate and a constraint, as 'frame f = world * "
+                help="let it change over a finite time; or move the frame by a coordinate and a constraint, as 'frame f = world * "
                 "trans({x, 0 m});' with 'constraint x = ..': there a rate that jumps is an impulse",
             )
             return
@@ -113,7 +113,7 @@ def check_momenta(system: MechanicalSystem, driven: Mapping[Node, Node], reporte
             "the kinetic energy must not jump",
             stated.value.span,
             caption=f"a momentum jumps at time = {at}",
-            help="let it change within a time, or move a coordinate by a constraint: there a rate that jumps is an impulse",
+            help="let it change over a finite time, or move a coordinate by a constraint: there a rate that jumps is an impulse",
         )
 
 
@@ -149,7 +149,7 @@ def check_held(
             f"the position that '{row.constraint.name}' asks for jumps",
             row.constraint.origin.span,
             caption=f"at time = {at:.4g}{unit}",
-            help="let it change within a time",
+            help="let it change over a finite time",
         )
 
 

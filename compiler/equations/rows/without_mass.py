@@ -258,7 +258,7 @@ class _Work:
         if self.combined:
             rows = [self._without_idle(block, i, row, rates) for i, row in enumerate(rows)]
         resisted, balances, _ = self.ranked(block, rows, rates, _RESISTED)
-        algebraic = self._held(block, balances, places)
+        algebraic = self._solved_for(block, balances, places)
         if algebraic is None:
             return
         moved = [system.rate(n) for n in balances]
@@ -270,7 +270,7 @@ class _Work:
         first = [system.start_q[block[k].q].value for k in algebraic]
         guesses = self._guesses([block[k] for k in algebraic], [ahead[k] for k in algebraic], first)
         values = self._solved(balances, sought, lambda: guesses, [block[k] for k in algebraic])
-        self._told(balances, sought, values, guesses, [block[k] for k in algebraic])
+        self._keep_balances(balances, sought, values, guesses, [block[k] for k in algebraic])
         known = dict(
             zip(algebraic, zip(values, self._followed(values, guesses, first), strict=True), strict=True)
         )
@@ -310,7 +310,7 @@ class _Work:
             for n, other in zip(found, first, strict=True)
         ]
 
-    def _told(
+    def _keep_balances(
         self,
         balances: Sequence[Node],
         places: Sequence[Node],
@@ -466,7 +466,7 @@ class _Work:
         message = message.format(scalar.of)
         self.assertions.append(AssertionRow(holds, message, scalar.variable.origin))
 
-    def _held(
+    def _solved_for(
         self, block: Sequence[Massless], balances: Sequence[Node], places: Sequence[Node]
     ) -> list[int] | None:
         """Return the coordinates for which balances without rates are solved; report what none of them decides."""
@@ -655,7 +655,7 @@ class _Work:
             block,
             "E0591",
             "the law of the forces on it is too long to be solved",
-            caption="the balance of forces decides this coordinate, by a law of thousands of operations",
+            caption="the balance of forces determines this coordinate, by a law of thousands of operations",
             help="give a mass to what it moves: 'kinetic 1/2*m*der(q)^2;'",
         )
 

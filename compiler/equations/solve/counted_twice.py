@@ -51,7 +51,7 @@ def warn_of_counting_twice(
                     reporter,
                     energy,
                     "the weight of this body is counted twice",
-                    "'gravity' gives each mass its weight: leave one of them out",
+                    "'gravity' already gives each mass its weight: leave one of them out",
                 )
                 break
         if _same(own, [-values[kinetic] for values in places]):

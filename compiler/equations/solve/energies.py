@@ -60,9 +60,8 @@ def energies(
     kinetic = kinetic_energy(system, system.kinetic)
     potential = potential_energy(system, system.potential)
     lagrangian = graph.add(graph.sub(kinetic, potential), system.lagrangian)
-    whole = substitute(
-        graph, [kinetic, potential, lagrangian], still(system)
-    )  # before drives put in anything
+    # before drives put in anything
+    whole = substitute(graph, [kinetic, potential, lagrangian], still(system))
     kinetic, potential, lagrangian = substitute(graph, whole, driven)
     velocities = [system.v[i].node for i in free]
     plain_total = graph.add(kinetic, potential)  # built first: where h is equal to it, it becomes this node

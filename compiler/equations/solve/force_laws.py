@@ -279,9 +279,8 @@ class _Equations:
             graph.add(residual[i], graph.dot(matrix[i * count : (i + 1) * count], steps))
             for i in range(count)
         ]
-        found = solve_dense(
-            graph, rows, steps
-        )  # each unknown by its own row: the pivots are those of the matrix
+        # each unknown by its own row: the pivots are those of the matrix
+        found = solve_dense(graph, rows, steps)
         determinant = graph.one
         for pivot in found.pivots:
             determinant = graph.mul(determinant, pivot)

@@ -42,7 +42,7 @@ def warn_of_negative_damping(system: MechanicalSystem, reporter: Reporter) -> No
         if min(sizes) < 0 and max(sizes) <= 0:
             reporter.warning(
                 "W0532",
-                f"this {what} is negative: it feeds in energy without end",
+                f"this {what} is negative: it feeds in energy without limit",
                 origin.shown,
                 help="'damping c on q' is the force -c*der(q), 'dissipation R' the force -dR/d(der(q)); both brake "
                 "where they are positive",

@@ -36,7 +36,7 @@ class Replies(Struct, frozen=True):
 def force_answers(system: MechanicalSystem, replies: Replies) -> dict[Node, Node]:
     """Return the answers to questions about forces, in multipliers and accelerations, by the symbols for them."""
     result: dict[Node, Node] = {}
-    for query, symbols in _asked(system):
+    for query, symbols in _symbols_by_question(system):
         found = _force(system, replies, query)
         if found is not None:
             result |= zip(symbols, found, strict=True)
@@ -48,7 +48,7 @@ def answers(
 ) -> dict[Node, Node]:
     """Return the node for each symbol that stands for an answer; report questions without one."""
     result: dict[Node, Node] = {}
-    for query, symbols in _asked(system):
+    for query, symbols in _symbols_by_question(system):
         found = _answer(system, energies, replies, query)
         if found is None:
             _unanswered(system, query, reporter)
@@ -85,7 +85,7 @@ def _unanswered(system: MechanicalSystem, query: Query, reporter: Reporter) -> N
     )
 
 
-def _asked(system: MechanicalSystem) -> list[tuple[Query, list[Node]]]:
+def _symbols_by_question(system: MechanicalSystem) -> list[tuple[Query, list[Node]]]:
     """Return each question with the symbols that stand for the numbers of its answer."""
     groups: dict[int, tuple[Query, list[Node]]] = {}
     for symbol, query in system.queries.items():

@@ -101,8 +101,7 @@ def _warn_of_waves(system: MechanicalSystem, laws: Laws, reporter: Reporter) -> 
                 f"this force rises and falls with '{title(query)}', so that several may agree with its law",
                 query.span,
                 caption="asked for inside of 'sin', 'cos' or 'tan'",
-                help="the one is taken into which the force without the law changes as the law grows from nothing; "
-                "a law that only rises, or only falls, leaves no choice",
+                help="mechc follows the force while the law grows from zero to its full size; a monotonic law leaves no choice",
             )
 
 
@@ -139,5 +138,5 @@ def report_circle(
         f"nothing determines {names}",
         first.span,
         caption="the force that contains this is as large as the force that it asks for",
-        help="whatever the answer is, it is reproduced: multiply it by another factor, or write the force without it",
+        help="every value satisfies this law: multiply it by another factor, or write the force without it",
     )

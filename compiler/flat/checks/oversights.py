@@ -178,7 +178,7 @@ def warn_of_unset(instance: Instance, record: StatementRecord, experiments: Sequ
             "W0403",
             f"nothing here gives the input '{of_all}' a value: it is 0 unless a run sets it",
             member.scope.origin(member.declaration.span).shown,
-            help=f"write '{name} = …' where '{component}' stands; a value from outside is an input of the model: 'input {name};' and '{name} = {name}'",
+            help=f"write '{name} = …' where '{component}' is declared; for a value from outside, give the model an input: 'input {name};' and '{name} = {name}'",
         )
 
 

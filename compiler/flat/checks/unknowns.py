@@ -5,7 +5,8 @@ from __future__ import annotations
 from mechc.lang.diagnostics import Label, Reporter
 
 from ..model import FlatModel
-from ..unknowns import UnknownGroup, expressions, groups, unknowns_in
+from ..operands import stated
+from ..unknowns import UnknownGroup, groups, unknowns_in
 
 MOST = 10
 """Most numbers that one system determines."""
@@ -37,11 +38,11 @@ def check_unknowns(model: FlatModel, reporter: Reporter) -> None:
                 unknown.guess.span,
             )
     for field in _BEFORE:
-        for expression in expressions(getattr(model, field)):
+        for expression in stated(getattr(model, field)):
             for name in unknowns_in(expression, definitions):
                 reporter.error(
                     "E0338",
-                    f"'{name}' is found along the motion, and this value is needed before",
+                    f"'{name}' is found during the motion, but this value is needed before it",
                     expression.span,
                     caption="the value of a parameter, a start or a setting",
                     help="write a formula of parameters; 'initial a = b;' may contain what equations determine",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Iterator
 
 from msgspec import Struct
 
@@ -94,22 +95,28 @@ _RATES_ASKED = ("energy", "kinetic_energy", "momentum", "power")
 
 def has_rates(flattening: Flattening, expression: Expression) -> bool:
     """Tell whether an expression depends on velocities, through definitions too."""
+    return any(
+        isinstance(at, Derivative)
+        or (isinstance(at, Apply) and at.function in _RATES)
+        or (isinstance(at, Query) and at.function in _RATES_ASKED)
+        for at in _parts(flattening, expression)
+    )
+
+
+def _parts(
+    flattening: Flattening, expression: Expression, without: Collection[str] = ()
+) -> Iterator[Expression]:
+    """Yield all that an expression is made of, through definitions, each once; ``without`` these questions."""
     seen: set[str | int] = set()
     pending = [expression]
     while pending:
         at = pending.pop()
-        if isinstance(at, Derivative) or (isinstance(at, Apply) and at.function in _RATES):
-            return True
-        if isinstance(at, Query) and at.function in _RATES_ASKED:
-            return True
-        if isinstance(at, Name):
-            if at.name not in seen:
-                seen.add(at.name)
-                pending.extend(definition_of(flattening, at.name))
-        elif id(at) not in seen:
-            seen.add(id(at))
-            pending.extend(children(at))
-    return False
+        key = at.name if isinstance(at, Name) else id(at)
+        if key in seen or (isinstance(at, Query) and at.function in without):
+            continue
+        seen.add(key)
+        yield at
+        pending.extend(definition_of(flattening, at.name) if isinstance(at, Name) else children(at))
 
 
 def definition_of(flattening: Flattening, name: str) -> list[Expression]:
@@ -184,23 +191,12 @@ def varies(flattening: Flattening, expression: Expression) -> bool:
     """Tell whether an expression has another value at each place of a curve."""
     interval = flattening.interval
     fixed = () if interval is None else interval.unknown
-    seen: set[str | int] = set()
-    pending = [expression]
-    while pending:
-        at = pending.pop()
-        if isinstance(at, Query) and at.function in _WHOLE:
-            continue
+    for at in _parts(flattening, expression, without=_WHOLE):
         if isinstance(at, Name):
             member = flattening.variables.get(at.name)
             role = None if member is None else member.role
             if at.name == "time" or (role is Role.COORDINATE and at.name not in fixed):
                 return True
-            if at.name not in seen:
-                seen.add(at.name)
-                pending.extend(definition_of(flattening, at.name))
-        elif id(at) not in seen:
-            seen.add(id(at))
-            pending.extend(children(at))
     return False
 
 

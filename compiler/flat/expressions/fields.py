@@ -16,7 +16,7 @@ from ..operands import children, free_names
 
 OPERATORS = ("grad", "div", "curl", "laplacian")
 
-_WRITE = "a field is a function of its place: 'function V(Length r[3]) = ..;', then '{}(V, r)'"
+_WRITE = "a field is a function of position: 'function V(Length r[3]) = ..;', then '{}(V, r)'"
 _MOVING = "give it as a further argument: 'function f(Length r[3], Force N) = ..;', then '{}(f, r, N)'"
 
 

@@ -151,7 +151,7 @@ def _check_closed(scope: Scope, span: Span, faces: Sequence[Sequence[int]], name
 
 def _scaled(call: ElaboratedCall, found: Moments) -> Expression:
     """Return what is asked of a solid, times a power of the length that 1 in its file is."""
-    value, shape = _asked(call.name, found)
+    value, shape = _moment(call.name, found)
     power = POWERS[call.name]
     scale, span = call.arguments[1], call.node.span
     dimension = scale.type.dimension**power
@@ -167,7 +167,7 @@ def _scaled(call: ElaboratedCall, found: Moments) -> Expression:
     )
 
 
-def _asked(name: str, found: Moments) -> tuple[Value, tuple[int, ...]]:
+def _moment(name: str, found: Moments) -> tuple[Value, tuple[int, ...]]:
     match name:
         case "mesh_volume":
             return found.volume, ()
@@ -195,7 +195,7 @@ def _of_corners(call: ElaboratedCall) -> Expression:
     if isinstance(corners, tuple):
         rows: list[tuple[Fraction, ...]] = [tuple(row) for row in corners]  # type: ignore[arg-type]
         found = _enclosed(call.scope, call.node.span, rows, faces, names)
-        return to_expression(_asked(call.name, found)[0], result, call.node.span)
+        return to_expression(_moment(call.name, found)[0], result, call.node.span)
     _check_single(call.scope, call.nodes[1].span, faces, names)
     _check_closed(call.scope, call.nodes[1].span, faces, names)
     return call.apply(result)

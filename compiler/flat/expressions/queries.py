@@ -331,16 +331,14 @@ def _reaction(call: ElaboratedCall) -> Expression:
     joint = find_instance(call.scope, node) if node is not None else None
     if joint is not None:
         _check_joint(call, joint)
-        return _in_axes(call, _query(call, _force_vector(call), joint.path))
+        return _in_axes(
+            call, _query(call, types.real(call.dimension(types.FORCE), (call.space(),)), joint.path)
+        )
     target = _driven(call)
     if target.type.kind is Kind.ROTATION:
         return _query(call, types.real(call.dimension(types.ENERGY), (3,)), target.name)
     dimension = _per(call, types.ENERGY, target.type.dimension)
     return _of_elements(call, target, types.real(dimension, target.whole.shape))
-
-
-def _force_vector(call: ElaboratedCall) -> Type:
-    return types.real(call.dimension(types.FORCE), (call.space(),))
 
 
 def _driven(call: ElaboratedCall) -> Target:
@@ -427,7 +425,7 @@ def _at(call: ElaboratedCall) -> Expression:
     if scope.flattening.interval is None:
         raise scope.fail(
             "E0550",
-            "'at' asks for a value at one place of a curve, and this model is none",
+            "'at' asks for a value at a point of a curve, and this model is not a curve",
             call.node.span,
             help="a curve has a range: 'independent x from a to b;'",
         )

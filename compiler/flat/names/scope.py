@@ -76,10 +76,10 @@ class Space(Struct):
         if self.size == 0:
             raise scope.fail(
                 "E0307",
-                "nothing tells whether this model is planar or spatial",
+                "nothing shows whether this model is planar or spatial",
                 span,
                 caption="the number of components depends on it",
-                help="a vector with 2 or 3 components, 'rot' or 'rotz' tells, for example 'gravity {0, -9.81 m/s^2};'",
+                help="a vector with 2 or 3 components, 'rot' or 'rotz' shows it, for example 'gravity {0, -9.81 m/s^2};'",
             )
         return self.size
 

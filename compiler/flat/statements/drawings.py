@@ -220,7 +220,7 @@ class _Checker(Struct):
                     "E1003",
                     f"'{argument.name}' of '{self.statement.shape}' is a size, and negative",
                     span,
-                    help="write 'abs(..)' where its sign says something else",
+                    help="write 'abs(..)' if its sign has another meaning",
                 )
 
     # ------------------------------------------------------------ places
@@ -392,7 +392,7 @@ def check_alone(scope: Scope, value: Expression, span: Span) -> None:
 def not_in_a_picture(scope: Scope, span: Span, what: str) -> Poisoned:
     return scope.fail(
         "E1007",
-        f"{what} is nothing that can be asked for a picture: it would change the model",
+        f"{what} cannot be asked for a picture: it would change the model",
         span,
         help="declare an output, as in 'output R = reaction(pin);', and draw that",
     )

@@ -236,5 +236,5 @@ def note_fields(record: StatementRecord, reporter: Reporter) -> None:
             "N0569",
             "the field acts on each mass at its place",
             span,
-            help="how it changes across a body, which turns the body, is left out",
+            help="how it varies across a body, which turns the body, is neglected",
         )

@@ -143,7 +143,7 @@ def _require_vector(scope: Scope, value: Expression, node: ast.Expression, wante
 # ---------------------------------------------------------------- generalised forces
 
 
-def effort_dimension(scope: Scope, on: Expression, *, impulse: bool = False) -> Dimension:
+def effort_dimension(scope: Scope, on: Expression, *, impulse: bool) -> Dimension:
     """Return the dimension of the generalised force on a quantity: power divided by its rate.
 
     A quantity that contains velocities is itself a rate.

@@ -186,7 +186,7 @@ def check_impacts(flat: FlatModel, servos: Mapping[str, Span], reporter: Reporte
     if struck:
         reporter.error(
             "E0727",
-            "impacts and a constraint that is kept by a force elsewhere do not go together yet",
+            "impacts together with a constraint that is held by a force elsewhere are not supported yet",
             struck[0],
             caption="an impulse here",
             labels=(Label(span, "which the servo would have to answer at once"),),

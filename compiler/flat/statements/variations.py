@@ -96,7 +96,7 @@ def _end_of_range(
     if value.type.dimension != wanted.dimension and not types.is_zero(value):
         raise scope.fail(
             "E0551",
-            f"the range of '{statement.name}' ends in something else than {types.unit_words(wanted.dimension, wanted.angle)}",
+            f"the range of '{statement.name}' must end at {types.unit_words(wanted.dimension, wanted.angle)}",
             node.span,
             caption=f"this is {types.describe(types.numeric(value.type))}",
         )
@@ -166,7 +166,7 @@ def end(scope: Scope, statement: ast.Initial | ast.Final, record: StatementRecor
     if scope.flattening.interval is None:
         raise scope.fail(
             "E0550",
-            "'final' is a condition at the upper end of a curve, and this model is none",
+            "'final' is a condition at the upper end of a curve, and this model is not a curve",
             statement.span,
             help=_RANGE,
         )
@@ -207,7 +207,7 @@ def stationary(scope: Scope, statement: ast.Stationary, record: StatementRecord)
     """Record what is stationary."""
     if scope.flattening.interval is None:
         raise scope.fail(
-            "E0550", "'stationary' belongs to a curve, and this model is none", statement.span, help=_RANGE
+            "E0550", "'stationary' belongs to a curve, and this model is not one", statement.span, help=_RANGE
         )
     if scope.path:
         raise scope.fail(
@@ -247,7 +247,7 @@ def inequality(scope: Scope, statement: ast.Inequality, record: StatementRecord)
     if scope.flattening.interval is None:
         raise scope.fail(
             "E0550",
-            "an inequality belongs to a curve, and this model is none",
+            "an inequality belongs to a curve, and this model is not one",
             statement.span,
             help="what may be touched in a motion is 'contact gap restitution e;'",
         )

@@ -32,7 +32,7 @@ class Planar:
 
         return along(frame, "angle", self._zero, advance)
 
-    def _turned(self, frame: Frame, vector: Vector) -> Vector:
+    def to_world(self, frame: Frame, vector: Vector) -> Vector:
         graph, (x, y) = self.graph, vector
         angle = self.angle(frame)
         c, s = graph.cos(angle), graph.sin(angle)
@@ -46,12 +46,12 @@ class Planar:
             if not isinstance(child.step, Translate):
                 return value
             assert child.parent is not None
-            return add(self.graph, value, self._turned(child.parent, child.step.offset))
+            return add(self.graph, value, self.to_world(child.parent, child.step.offset))
 
         return along(frame, "origin", (self._zero, self._zero), advance)
 
     def position(self, point: Point) -> Vector:
-        return add(self.graph, self._origin(point.frame), self._turned(point.frame, point.offset))
+        return add(self.graph, self._origin(point.frame), self.to_world(point.frame, point.offset))
 
     def velocity(self, point: Point) -> Vector:
         return tuple(self._rate(x) for x in self.position(point))
@@ -78,9 +78,6 @@ class Planar:
 
     def potential(self, point: Point, field: Vector) -> Node:
         return dot(self.graph, field, self.position(point))
-
-    def to_world(self, frame: Frame, vector: Vector) -> Vector:
-        return self._turned(frame, vector)
 
     def to_frame(self, frame: Frame, vector: Vector) -> Vector:
         graph, (x, y) = self.graph, vector

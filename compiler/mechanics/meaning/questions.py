@@ -185,5 +185,5 @@ class Questions:
             first.span,
             caption="asked for here",
             labels=tuple(Label(step.span, "which is part of its answer") for step in others if step.span),
-            help=f"the circle is {circle}; write one of them as a formula of coordinates and their rates",
+            help=f"the loop is {circle}; write one of them as a formula of coordinates and their rates",
         )

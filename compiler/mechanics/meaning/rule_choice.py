@@ -125,7 +125,7 @@ def tell(reporter: Reporter, span: Span, error: float, rule: Rule) -> None:
         return
     known = error < 0.01
     amount = f"known to {error:.0e} of its size only" if known else "not known"
-    look = rule.words if known else "512 places in each of its pieces, which do not show its shape"
+    look = rule.words if known else "512 points in each of its pieces, which do not resolve its shape"
     reporter.warning(
         "W0538",
         f"this integral is {amount}",

@@ -118,14 +118,14 @@ class Places:
             if not any(np.isin(instance * self.count + places, own).any() for places in others):
                 nest.kept[site.number] = written[site.number][nest.starts]
         updated = {(s.number, s.updates) for s in sites if s.number in nest.kept}
-        nest.apart = not nest.carried and self._apart(
+        nest.apart = not nest.carried and self._is_independent(
             nest,
             instance,
             [places for number, places in written.items() if number not in nest.kept],
             [places for key, places in read.items() if key not in updated],
         )
 
-    def _apart(
+    def _is_independent(
         self, nest: Nest, instance: Numbers, written: Sequence[Numbers], read: Sequence[Numbers]
     ) -> bool:
         if not written:

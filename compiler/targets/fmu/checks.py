@@ -13,7 +13,6 @@ from msgspec.structs import replace
 
 from mechc.lang.diagnostics import CompileError, Reporter
 from mechc.runtime.case import Case, inputs_at
-from mechc.runtime.integrate.events import MOST_AT_ONCE
 from mechc.runtime.integrate.solver import Solver
 from mechc.runtime.native import kernel as native
 from mechc.runtime.native.status import Status
@@ -214,7 +213,7 @@ def native_motion(start: Start, method: str, count: int, end: float | None = Non
             status = Status.RUNNING
             while status in (Status.RUNNING, Status.EVENTS_FULL):
                 if status == Status.EVENTS_FULL:
-                    solver.grow_events(MOST_AT_ONCE)
+                    solver.grow_events()
                 status = solver.advance(t, 10000)
             if status not in (Status.REACHED, Status.TERMINATED):
                 raise failed(f"the native run it is compared with fails at time {solver.report()[0].t:g}")

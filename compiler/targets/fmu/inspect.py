@@ -228,7 +228,7 @@ def run_lines(path: Path, kind: str, reference: FmuReference | None) -> list[Che
             f"largest difference {found.size:.1e} of '{found.name}' at time {found.time:g}, {reference.file}"
         )
         if all(np.ptp(values) == 0 for name, values in reference.columns.items() if name in columns):
-            detail += "; nothing changes there, so that this says little"
+            detail += "; nothing changes there, so agreement says little"
         if not near and kind == "me" and (step := _euler_step(path, reference)) is not None:
             near = True
             detail = f"{reference.file} has the motion of Euler's method in steps of {step:g}, which is followed; {detail}"

@@ -6,7 +6,7 @@ https://webassembly.github.io/spec/core/binary/
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Final
 
 I32: Final = 0x7F
@@ -17,10 +17,11 @@ EMPTY: Final = 0x40
 IF: Final = bytes((0x04, EMPTY))
 LOOP: Final = bytes((0x03, EMPTY))
 END: Final = b"\x0b"
+LOAD_I32: Final = b"\x28\x02\0"
+LOAD_U16: Final = b"\x2f\x01\0"
 DROP: Final = b"\x1a"
 SELECT: Final = b"\x1b"
 I32_EQZ: Final = b"\x45"
-I32_EQ: Final = b"\x46"
 I32_LT_S: Final = b"\x48"
 I32_GT_S: Final = b"\x4a"
 I32_ADD: Final = b"\x6a"
@@ -32,7 +33,6 @@ I32_SHL: Final = b"\x74"
 F64_EQ: Final = b"\x61"
 F64_NE: Final = b"\x62"
 F64_LT: Final = b"\x63"
-F64_GT: Final = b"\x64"
 F64_LE: Final = b"\x65"
 F64_ABS: Final = b"\x99"
 F64_NEG: Final = b"\x9a"
@@ -84,48 +84,20 @@ def f64(x: float) -> bytes:
     return b"\x44" + struct.pack("<d", x)
 
 
-def get(local: int) -> bytes:
-    return b"\x20" + unsigned(local)
+def _numbered(code: bytes) -> Callable[[int], bytes]:
+    """Return an instruction that takes a number: of a local, a global, a function or a block, or an offset in the memory."""
+    return lambda number: code + unsigned(number)
 
 
-def put(local: int) -> bytes:
-    return b"\x21" + unsigned(local)
-
-
-def tee(local: int) -> bytes:
-    return b"\x22" + unsigned(local)
-
-
-def get_global(index: int) -> bytes:
-    return b"\x23" + unsigned(index)
-
-
-def put_global(index: int) -> bytes:
-    return b"\x24" + unsigned(index)
-
-
-def call(index: int) -> bytes:
-    return b"\x10" + unsigned(index)
-
-
-def branch_if(depth: int) -> bytes:
-    return b"\x0d" + unsigned(depth)
-
-
-def load_f64(offset: int = 0) -> bytes:
-    return b"\x2b\x03" + unsigned(offset)
-
-
-def store_f64(offset: int = 0) -> bytes:
-    return b"\x39\x03" + unsigned(offset)
-
-
-def load_i32(offset: int = 0) -> bytes:
-    return b"\x28\x02" + unsigned(offset)
-
-
-def load_u16(offset: int = 0) -> bytes:
-    return b"\x2f\x01" + unsigned(offset)
+get = _numbered(b"\x20")
+put = _numbered(b"\x21")
+tee = _numbered(b"\x22")
+get_global = _numbered(b"\x23")
+put_global = _numbered(b"\x24")
+call = _numbered(b"\x10")
+branch_if = _numbered(b"\x0d")
+load_f64 = _numbered(b"\x2b\x03")
+store_f64 = _numbered(b"\x39\x03")
 
 
 def load_u8(offset: int = 0) -> bytes:

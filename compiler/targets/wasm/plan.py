@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from ctypes import c_int, c_void_p
 from typing import Final
 
-from mechc.runtime.native.contract import Contract, QuantityStruct, SizesStruct
+from mechc.runtime.native.contract import Contract, QuantityStruct, SizesStruct, fields
 from mechc.runtime.nominal import KINDS, sizes_of
 
 from ...program import Program
@@ -17,17 +16,14 @@ ARRAYS: Final = ("p", "y", "u")
 
 class SettingStruct(Contract):
     c_name = "web_setting"
-    _fields_ = tuple((name, c_int) for name in ("array", "index", "guess"))
+    _fields_ = fields("int array, index, guess")
 
 
 class PlanStruct(Contract):
     c_name = "web_plan"
-    _fields_ = (
-        *((name, c_void_p) for name in ("model", "sizes")),
-        *((name, c_int) for name in ("n_still", "n_moving")),
-        *((name, c_void_p) for name in ("still", "moving")),
-        *((name, c_int) for name in ("n_settings", "n_numbers")),
-        *((name, c_void_p) for name in ("experiment", "settings")),
+    _fields_ = fields(
+        "pointer model, sizes; int n_still, n_moving; pointer still, moving; int n_settings, n_numbers; "
+        "pointer experiment, settings"
     )
 
 

@@ -175,7 +175,7 @@ class Loops:
         at, short = self.tables[index.table]
         i = b.get(self.numbered[index.numbered]) + b.get(self.counters[index.numbered]) + b.I32_ADD
         i += b.i32(1 if short else 2) + b.I32_SHL
-        return b.i32(at) + i + b.I32_ADD + (b.load_u16() if short else b.load_i32())
+        return b.i32(at) + i + b.I32_ADD + (b.LOAD_U16 if short else b.LOAD_I32)
 
 
 def _table(writer: FunctionWriter, table: Sequence[int]) -> tuple[int, bool]:

@@ -16,6 +16,7 @@ from ...compiler.targets.fmu.export import make_package, start_of
 from ...lang.diagnostics import CompileError
 from ...runtime.methods import SOLVING_CONTACTS
 from ...runtime.native.build import build_shared, kernel_flags
+from ...runtime.native.contract import Signatures, declare, fields
 from ...runtime.outcome import SimulationError
 
 if TYPE_CHECKING:
@@ -56,10 +57,10 @@ class Stopped(Exception):
 class CvodeStruct(Structure):
     """peer_cvode of exchange.c"""
 
-    _fields_ = tuple((name, c_void_p) for name in ("memory", "state", "row", "step", "between"))
+    _fields_ = fields("pointer memory, state, row, step, between")
 
 
-_SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
+_SIGNATURES: Signatures = {
     "peer_unit_new": (c_void_p, (c_double, c_double, c_double)),
     "peer_unit_free": (None, (c_void_p,)),
     "peer_unit_said": (c_char_p, (c_void_p,)),
@@ -136,11 +137,8 @@ class Exchange:
         }
         sources = {name: data.decode() for name, data in texts.items()}
         own = {SOURCE.name: SOURCE.read_text(encoding="utf-8")}
-        library = ctypes.CDLL(str(build_shared(sources | own, kernel_flags(), name="peer-unit")))
-        for name, (result, arguments) in _SIGNATURES.items():
-            function = getattr(library, name)
-            function.restype, function.argtypes = result, arguments
-        return library
+        unit = build_shared(sources | own, kernel_flags(), name="peer-unit")
+        return declare(ctypes.CDLL(str(unit)), _SIGNATURES)
 
 
 class ExchangeUnit:

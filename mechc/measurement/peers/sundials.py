@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
+from ...runtime.native.contract import Signatures, declare
 from .exchange import RUNNING, CvodeStruct, Exchange, ExchangeUnit, Stopped, exchanged
 from .shared import LATE, SLICE, Library, found, peer_model, rates, times_of
 
@@ -57,49 +58,45 @@ def _sundials() -> ctypes.CDLL:
     """CVODE as FMPy ships it: one library holds all that is called here."""
     from fmpy.sundials.libraries import sundials_cvode
 
-    library: ctypes.CDLL = sundials_cvode
-
-    vector = library.N_VMake_Serial
-    vector.restype, vector.argtypes = c_void_p, (c_long, c_void_p, c_void_p)
-    for name, arguments in {
-        "CVodeCreate": (c_int, c_void_p),
-        "SUNDenseMatrix": (c_long, c_long, c_void_p),
-        "SUNLinSol_Dense": (c_void_p, c_void_p, c_void_p),
-        "SUNNonlinSol_FixedPoint": (c_void_p, c_int, c_void_p),
-    }.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = c_void_p, arguments
-    library.CVode.argtypes = (c_void_p, c_double, c_void_p, c_void_p, c_int)
-    library.CVodeInit.argtypes = (c_void_p, c_void_p, c_double, c_void_p)
-    library.CVodeSVtolerances.argtypes = (c_void_p, c_double, c_void_p)
-    library.CVodeRootInit.argtypes = (c_void_p, c_int, c_void_p)
-    library.CVodeSetRootDirection.argtypes = (c_void_p, c_void_p)
-    library.CVodeSetNoInactiveRootWarn.argtypes = (c_void_p,)
-    library.CVodeSetMaxHnilWarns.argtypes = (c_void_p, c_int)
-    library.CVodeReInit.argtypes = (c_void_p, c_double, c_void_p)
-    library.CVodeSetStopTime.argtypes = library.CVodeSetMaxStep.argtypes = (c_void_p, c_double)
-    library.CVodeSetMaxNumSteps.argtypes = (c_void_p, c_long)
-    for name in (
-        "CVodeSetUserData",
-        "CVodeSetNonlinearSolver",
-        "CVodeSetJacFn",
-        "CVodeSetProjFn",
-        "CVodeGetNumSteps",
-    ):
-        getattr(library, name).argtypes = (c_void_p, c_void_p)
-    library.CVodeSetLinearSolver.argtypes = (c_void_p,) * 3
-    library.SUNContext_Create.argtypes = (c_int, c_void_p)
-    for name in (
-        "CVodeFree",
-        "N_VDestroy",
-        "SUNMatDestroy",
-        "SUNLinSolFree",
-        "SUNNonlinSolFree",
-        "SUNContext_Free",
-    ):
-        getattr(library, name).argtypes = (c_void_p,)
-    library.SUNContext_ClearErrHandlers.argtypes = (c_void_p,)
-    return library
+    p = c_void_p
+    signatures: Signatures = {
+        "N_VMake_Serial": (p, (c_long, p, p)),
+        "CVodeCreate": (p, (c_int, p)),
+        "SUNDenseMatrix": (p, (c_long, c_long, p)),
+        "SUNLinSol_Dense": (p, (p, p, p)),
+        "SUNNonlinSol_FixedPoint": (p, (p, c_int, p)),
+        "CVode": (c_int, (p, c_double, p, p, c_int)),
+        "CVodeInit": (c_int, (p, p, c_double, p)),
+        "CVodeSVtolerances": (c_int, (p, c_double, p)),
+        "CVodeRootInit": (c_int, (p, c_int, p)),
+        "CVodeSetRootDirection": (c_int, (p, p)),
+        "CVodeSetNoInactiveRootWarn": (c_int, (p,)),
+        "CVodeSetMaxHnilWarns": (c_int, (p, c_int)),
+        "CVodeReInit": (c_int, (p, c_double, p)),
+        "CVodeSetStopTime": (c_int, (p, c_double)),
+        "CVodeSetMaxStep": (c_int, (p, c_double)),
+        "CVodeSetMaxNumSteps": (c_int, (p, c_long)),
+        "CVodeSetUserData": (c_int, (p, p)),
+        "CVodeSetNonlinearSolver": (c_int, (p, p)),
+        "CVodeSetJacFn": (c_int, (p, p)),
+        "CVodeSetProjFn": (c_int, (p, p)),
+        "CVodeGetNumSteps": (c_int, (p, p)),
+        "CVodeSetLinearSolver": (c_int, (p, p, p)),
+        "SUNContext_Create": (c_int, (c_int, p)),
+        "SUNContext_ClearErrHandlers": (c_int, (p,)),
+        **dict.fromkeys(
+            (
+                "CVodeFree",
+                "N_VDestroy",
+                "SUNMatDestroy",
+                "SUNLinSolFree",
+                "SUNNonlinSolFree",
+                "SUNContext_Free",
+            ),
+            (c_int, (p,)),
+        ),
+    }
+    return declare(sundials_cvode, signatures)
 
 
 def _cvode(kind: int, exchange: Exchange, case: Case, options: SolverOptions) -> Trajectory:

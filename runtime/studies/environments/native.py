@@ -5,10 +5,11 @@ from __future__ import annotations
 import ctypes
 import functools
 import sys
-from ctypes import POINTER, Structure, c_double, c_int, c_long, c_size_t, c_void_p
+from ctypes import POINTER, Structure, c_int, c_long, c_size_t, c_void_p
 
 from ...native import kernel as native
 from ...native.build import LINK, build_shared, kernel_flags
+from ...native.contract import Signatures, declare, fields
 from ...native.selection import needed
 
 FROM_KERNEL = (
@@ -26,18 +27,14 @@ class KernelStruct(Structure):
 class EnvironmentsStruct(Structure):
     """mech_environments"""
 
-    _fields_ = (
-        *((name, c_void_p) for name in ("kernel", "model", "options", "lanes", "held")),
-        ("n", c_long),
-        *((name, c_int) for name in ("n_held", "threads", "substeps")),
-        *((name, c_double) for name in ("period", "until")),
-        ("max_steps", c_long),
-        *((name, c_void_p) for name in ("y", "u", "z", "t", "status", "outputs", "memory")),
+    _fields_ = fields(
+        "pointer kernel, model, options, lanes, held; long n; int n_held, threads, substeps; "
+        "double period, until; long max_steps; pointer y, u, z, t, status, outputs, memory",
     )
 
 
 _OF_ALL = POINTER(EnvironmentsStruct)
-_SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
+_SIGNATURES: Signatures = {
     "mech_environments_layout": (c_size_t, ()),
     "mech_environments_open": (c_int, (_OF_ALL,)),
     "mech_environments_close": (None, (_OF_ALL,)),
@@ -52,15 +49,12 @@ _SIGNATURES: dict[str, tuple[object, tuple[object, ...]]] = {
 
 
 @functools.cache
-def load_environments(reproducible: bool = False) -> ctypes.CDLL:
+def load_environments(reproducible: bool) -> ctypes.CDLL:
     """Load the library of environments, which steps by the kernel that it is given. Raises ``BuildError`` and ``CompilerMissing``."""
     sources = needed(native.kernel_sources((*native.KERNEL_ROOMS, "ensemble")), _SIGNATURES)
     link = LINK if sys.platform == "win32" else (*LINK, "-pthread")
     file = build_shared(sources, kernel_flags(reproducible), name="environments", link=link)
-    library = ctypes.CDLL(str(file))
-    for name, (result, arguments) in _SIGNATURES.items():
-        function = getattr(library, name)
-        function.restype, function.argtypes = result, arguments
+    library = declare(ctypes.CDLL(str(file)), _SIGNATURES)
     if library.mech_environments_layout() != ctypes.sizeof(EnvironmentsStruct):
         raise RuntimeError("the struct of environments has another size in the kernel")
     return library

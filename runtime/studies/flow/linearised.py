@@ -187,8 +187,8 @@ class Linearised:
         ]  # of unit changes: all of what is left may be rounding
         if not free.size and not kept.size:
             raise SimulationError(
-                f"'{self.problem.name}' has no freedom: its constraints and what drives it leave no other motion",
-                help="drive it by a force or a torque, so that it can move otherwise",
+                f"'{self.problem.name}' has no freedom: its constraints and drives leave no other motion",
+                help="replace the drive by a force or a torque, so that it can move",
             )
         return np.hstack([free, kept])
 

@@ -145,7 +145,7 @@ class Tied:
         y[self.site.problem.nq :][: self.site.problem.nv] = 0.0
         return y
 
-    def _corrected(self, d: Array, held: int | None = None) -> Array:
+    def _corrected(self, d: Array, held: int | None) -> Array:
         """Put displacements onto the constraints, by the shortest way or with one of them held."""
 
         def step(d: Array) -> tuple[Array, float] | None:

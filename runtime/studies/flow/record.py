@@ -67,7 +67,6 @@ def unfinished(study: str, problem: Problem, solution: Solution, errors_from: st
         model=problem.name,
         outcome=solution.outcome,
         message=solution.message,
-        values=(),
         errors_from=errors_from,
         runs=(solution,),
     )

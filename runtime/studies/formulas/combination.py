@@ -175,7 +175,7 @@ class Coefficients:
         """
         places = [int(k) for k in support(vector)]
         base = vector[places] / vector[places[0]]
-        plain = [_plain(float(c)) for c in base]
+        plain = [number_text(float(c)) for c in base]
         free = [k for k in self.chance.free if all(k != relation.follower for relation in held)]
         if not free or len(places) == 1:
             return plain
@@ -210,7 +210,7 @@ class Coefficients:
             strange = sum(text is None or "(" in text for text in told)
             if strange < fewest:
                 own = base / base[lead]
-                best = [text or _plain(float(c)) for text, c in zip(told, own, strict=True)]
+                best = [text or number_text(float(c)) for text, c in zip(told, own, strict=True)]
                 fewest = strange
             if fewest == 0:
                 break
@@ -219,7 +219,7 @@ class Coefficients:
     def numbers(self, vector: Array) -> list[str]:
         """Return the coefficients as they are, relative to the first."""
         places = support(vector)
-        return [_plain(float(c)) for c in vector[places] / vector[places[0]]]
+        return [number_text(float(c)) for c in vector[places] / vector[places[0]]]
 
     def holds(self, vector: Array, held: Sequence[Relation]) -> bool:
         """Tell whether there is a combination of the same terms at other parameters with these relations."""
@@ -267,7 +267,8 @@ class CombinationCondition(Struct, frozen=True):
     held: tuple[Relation, ...] | None
 
 
-def _plain(value: float) -> str:
+def number_text(value: float) -> str:
+    """Return a number as the fraction or root that it is, else its digits."""
     number = fraction(value)
     return shown(number) if number is not None else digits(value)
 

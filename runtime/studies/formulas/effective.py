@@ -126,9 +126,8 @@ class Effective:
             none = np.empty((len(potential), 0))
             return mass[:, i, i], potential, none, none
         block, across = mass[:, c][:, :, c], mass[:, c, i]
-        block[np.linalg.det(block) == 0] = (
-            np.nan
-        )  # where a cyclic coordinate moves nothing, as an angle at a pole
+        # where a cyclic coordinate moves nothing, as an angle at a pole
+        block[np.linalg.det(block) == 0] = np.nan
         left = self.momenta - linear[:, c]
         steady = np.asarray(np.linalg.solve(block, left[..., None])[..., 0], dtype=np.float64)
         along = np.asarray(np.linalg.solve(block, across[..., None])[..., 0], dtype=np.float64)

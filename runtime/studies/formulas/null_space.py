@@ -148,7 +148,6 @@ def sparse_basis(
     vectors: Array,
     costs: Array,
     sizes: Array,
-    seed: int = 5,
     known: Array | None = None,
     refining: Refining | None = None,
 ) -> Array:
@@ -162,7 +161,7 @@ def sparse_basis(
     if count == 0:
         return vectors
     scaled = vectors * sizes
-    random = np.random.default_rng(seed)
+    random = np.random.default_rng(5)
     rows: list[Array] = []
     for trial in range(TRIALS if count > 1 else 1):
         weights = np.exp(random.uniform(-6, 6, n)) if trial else 1.0 / costs

@@ -59,7 +59,7 @@ class LinearizeAlong(Study, frozen=True, kw_only=True):
         if problem.hybrid is not None:
             raise SimulationError(
                 f"'{problem.name}' switches, and a linear system does not",
-                help="mechc run --sensitivity goes through events; linearize tells of a state between them",
+                help="mechc run --sensitivity goes through events; linearize is for a state between them",
             )
         solution = run(problem, self)
         if solution.outcome not in ENDED:
@@ -102,7 +102,7 @@ def _along(
     assert chosen is not None
     if worst > WORST:
         remarks.append(
-            f"the states are nearly no coordinates at t = {time_text(problem, when)}: they multiply errors by {worst:.0e} there"
+            f"the states hardly determine the configuration at t = {time_text(problem, when)}: they multiply errors by {worst:.0e} there"
         )
     names = tuple(Quantity(chart.names[int(j)], "state", chart.units[int(j)]) for j in chosen)
     if not names:
@@ -150,7 +150,6 @@ def _answer(
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=f"{len(time)} systems: states {len(states)}, inputs {len(inputs)}, outputs {len(told)}",
-        values=(),
         errors_from=ERRORS,
         remarks=(
             *remarks,

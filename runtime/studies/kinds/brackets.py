@@ -19,8 +19,7 @@ from ...outcome import Outcome, SimulationError
 from ...problem import Array, Problem
 from ...settings import Formula, settable
 from ..findings import Curve, Findings, Panel, Table
-from ..formulas.coefficients import digits, fraction, shown
-from ..formulas.combination import sum_text
+from ..formulas.combination import number_text, sum_text
 from ..formulas.sampling import Sampler
 from ..study import OF_A_MOTION, Study
 from .symmetries import case_of
@@ -63,7 +62,7 @@ class Brackets(Study, frozen=True, kw_only=True):
         if problem.constraints:
             raise SimulationError(
                 f"'{problem.name}' has constraints: its coordinates and momenta are not free",
-                help="write it in independent coordinates; brackets of Dirac's kind are not formed",
+                help="write it in independent coordinates; Dirac brackets are not supported",
             )
         if self.canonical:
             return _canonical(problem, case, self.canonical)
@@ -87,7 +86,6 @@ class Brackets(Study, frozen=True, kw_only=True):
             model=problem.name,
             outcome=Outcome.COMPLETED,
             message=f"{len(found)} brackets, {zeros} of them zero",
-            values=(),
             errors_from=f"what is recognised holds at {STATES} random states to {EXACT:g}",
             remarks=(
                 f"constant, as the bracket with H vanishes: {', '.join(commuting) or 'nothing of these'}",
@@ -209,13 +207,13 @@ def recognised(values: Array, quantities: Array, names: Sequence[str], size: flo
     if np.abs(values).max() <= EXACT * size:
         return "0"
     if np.ptp(values) <= EXACT * np.abs(values).max():
-        return _number(float(values[0]))
+        return number_text(float(values[0]))
     for k, name in enumerate(names):
         column = quantities[:, k]
         if np.abs(column).min() > 0:
             ratio = values / column
             if np.ptp(ratio) <= EXACT * np.abs(ratio).max():
-                return sum_text([_number(float(ratio[0]))], [_whole(name)])
+                return sum_text([number_text(float(ratio[0]))], [_whole(name)])
     moving = np.flatnonzero(quantities.any(axis=0))  # what is zero is part of no sum
     columns = np.hstack([np.ones((len(values), 1)), quantities[:, moving]])
     if columns.shape[1] > len(values) - 4:
@@ -226,7 +224,7 @@ def recognised(values: Array, quantities: Array, names: Sequence[str], size: flo
     if off > EXACT * np.abs(values).max() or rank(columns / scale, FORMULAS) < columns.shape[1]:
         return ""
     pairs = [
-        (_number(float(c / s)), name)
+        (number_text(float(c / s)), name)
         for c, s, name in zip(solution, scale, ["1", *(names[int(k)] for k in moving)], strict=True)
         if abs(c) > 1e-8 * np.abs(solution).max()
     ]
@@ -237,11 +235,6 @@ def _whole(name: str) -> str:
     """Return a formula so that it may be multiplied."""
     plain = name.replace("_", "").replace(".", "").isalnum() or name.startswith("der(")
     return name if plain else f"({name})"
-
-
-def _number(value: float) -> str:
-    found = fraction(value)
-    return shown(found) if found is not None else digits(value)
 
 
 def moved_by(problem: Problem, y: Array) -> Array:
@@ -328,7 +321,6 @@ def _canonical(problem: Problem, case: Case, given: Sequence[Formula]) -> Findin
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=f"the transformation is {what}",
-        values=(),
         errors_from=f"largest difference of M J M^T from J at {STATES} random states: {off:.1e}",
         remarks=tuple(remarks),
         tables=(Table("brackets of the new variables", (("f", ""), ("g", ""), ("{f, g}", "")), rows),),

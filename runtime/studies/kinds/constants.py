@@ -12,7 +12,7 @@ from ...results.solution import Solution
 from ..formulas.combination import along
 from ..runs.simulate import plan_run
 from .invariants import constants_of
-from .symmetries import as_it_slides
+from .symmetries import as_it_slides, cut
 
 DEGREE = 2
 """In velocities or momenta, of the constants that are looked for."""
@@ -26,12 +26,12 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
     The model has the part ``phase``. Raises SimulationError where it has no velocities.
     """
     if solution.outcome not in ENDED:
-        solution.add_remark("constants of the motion were not looked for, as the run did not reach its end")
+        solution.add_remark("the run did not reach its end, so constants of the motion were not sought")
         return solution
     case = as_it_slides(plan_run(problem, options).case)
     found, doubts = constants_of(case, DEGREE, along(case, solution))
     drifts = [
-        Drift(_short(one.formula), "", one.drift.largest * one.drift.size, one.drift.largest)
+        Drift(cut(one.formula, LONG), "", one.drift.largest * one.drift.size, one.drift.largest)
         for one in found
         if one.drift is not None and one.independent
     ]
@@ -44,13 +44,9 @@ def with_constants(solution: Solution, problem: Problem, options: SimulationOpti
     remarks += doubts
     if found and not drifts:
         remarks.append(
-            "no drift of constants: in no part of the run all that switches is as it is where they are constant"
+            "no drift of constants: no part of the run stays in the modes in which they are constant"
         )
     elif not drifts:
         remarks.append(f"no constants of the motion were found up to the degree {DEGREE} in velocities")
     checked = replace(accuracy, conserved=(*accuracy.conserved, *drifts))
     return type(solution)(solution.motion.told(accuracy=checked, remarks=tuple(dict.fromkeys(remarks))))
-
-
-def _short(formula: str) -> str:
-    return formula if len(formula) <= LONG else formula[: LONG - 1].rstrip() + "…"

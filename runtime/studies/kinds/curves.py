@@ -61,7 +61,7 @@ class FollowCurves(Study, frozen=True, kw_only=True):
         if any(row.bound for row in posed(0.5).curve.points):
             raise SimulationError(
                 "curves on an obstacle are not followed over a parameter",
-                help="which places touch changes by leaps: take single values, --set or 'sweep' in an experiment",
+                help="the places that touch change abruptly: take single values, --set or 'sweep' in an experiment",
             )
         tracer = CurveTracer(posed)
         branches: list[CurveBranch] = []

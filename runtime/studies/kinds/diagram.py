@@ -401,7 +401,6 @@ def _findings(
         model=problem.name,
         outcome=sweep.outcome,
         message=message,
-        values=(),
         errors_from=ERRORS,
         remarks=tuple(remarks),
         tables=(table,) if changes else (),

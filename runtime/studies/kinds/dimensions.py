@@ -215,7 +215,6 @@ def _findings(
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=message,
-        values=(),
         errors_from=EXACT,
         remarks=tuple(remarks),
         tables=tuple(tables),

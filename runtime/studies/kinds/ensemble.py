@@ -118,13 +118,13 @@ class EnsembleOf(Study, frozen=True, kw_only=True):
         members = self.members(problem)
         if self.resume and not self.store:
             raise SimulationError(
-                "'resume' goes on with what an earlier run has kept, and no file is named",
+                "'resume' continues what an earlier run has kept, but no file is named",
                 help="name it by --output, or by store in Python",
             )
         if self.lanes not in CHOICES:
             raise SimulationError(
                 f"'lanes' is {' or '.join(CHOICES)}, not '{self.lanes}'",
-                help="without it, lanes are taken for many members of models that can have them",
+                help="without it, lanes are used for many members if the model supports them",
             )
         if self.device is not None:
             self._check_device()

@@ -166,7 +166,7 @@ def _listed(
             remarks.append(f"eigenvalues and stability of one cannot be told: {error}")
         if there.sharp:
             told = replace(told, stable=None)
-            remarks.append(f"{', '.join(there.sharp)}: what happens on the other side is not looked at")
+            remarks.append(f"{', '.join(there.sharp)}: what happens on the other side is not examined")
         if there.held:
             touching += any("contact" in what for what in there.held)
             remarks.append(f"{', '.join(there.held)}: eigenvalues and stability are those with that held")
@@ -182,7 +182,7 @@ def _listed(
                 remarks.append("some of these are not isolated: a whole line of equilibria goes through each")
             else:
                 remarks.append(
-                    "at some of these the stiffness is singular, though no other equilibria are beside them"
+                    "at some of these the stiffness is singular, although no other equilibria are nearby"
                 )
     for rest in rests_at_jumps(site, box):
         errors = dict(zip(site.chart.names, map(float, rest.errors), strict=True))
@@ -210,7 +210,6 @@ def _listed(
         model=site.problem.name,
         outcome=Outcome.COMPLETED,
         message=message,
-        values=(),
         errors_from="residual and rounding times the condition of the equations",
         remarks=tuple(dict.fromkeys(remarks)),
         tables=(Table("", head, tuple(rows)),) if rows else (),
@@ -431,7 +430,6 @@ def _followed(
         message=f"{len(branches)} branch{'' if len(branches) == 1 else 'es'}"
         + ("" if complete else INCOMPLETE)
         + (f"; {listed}" if listed else ""),
-        values=(),
         errors_from="points solve the equations to rounding; special points are roots, to rounding of what tells them",
         remarks=tuple(dict.fromkeys(remarks)),
         tables=tuple(tables),

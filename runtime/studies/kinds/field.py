@@ -62,7 +62,7 @@ class Field(Study, frozen=True, kw_only=True):
         if problem.rotations or problem.constraints or problem.nq != problem.nv:
             raise SimulationError(
                 f"the forces of '{problem.name}' are not a field of free coordinates",
-                help="a particle with coordinates x, y, z and forces on these is one",
+                help="a particle with coordinates x, y, z and forces on them has one",
             )
         forces = Forces(case)
         curl, slopes = forces.curl(case.p)

@@ -222,7 +222,6 @@ def _not_begun(problem: Problem, first: Solution) -> Findings:
         model=problem.name,
         outcome=first.outcome,
         message=first.message,
-        values=(),
         errors_from="",
         runs=(first,),
     )

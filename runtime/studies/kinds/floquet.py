@@ -91,9 +91,8 @@ def _one(problem: Problem, place: _Place, linear: Linearised) -> Findings:
     if found.memory:
         remarks.append(f"changes of {linear.named(found)} belong to the map: the motion keeps and reads them")
     largest, error = float(np.abs(values[0])), float(errors[0])
-    judged = (
-        missed <= BACK or problem.hybrid is None
-    )  # the map of a smooth linear model holds wherever it begins
+    # the map of a smooth linear model holds wherever it begins
+    judged = missed <= BACK or problem.hybrid is None
     stable = None if abs(largest - 1) <= error or not judged else largest < 1
     words = {None: "neutral: stability cannot be told", True: "stable", False: "unstable"}[stable]
     if not judged:

@@ -100,8 +100,8 @@ def _check(found: Gradient, goal: str, case: Case) -> None:
     ]
     if wrong:
         raise SimulationError(
-            f"the derivative of '{goal}' by '{wrong[0]}' is not a number: somewhere on the way a formula has none, as the root at zero",
-            help="where that is: sensitivity=[...] of a run tells the time",
+            f"the derivative of '{goal}' by '{wrong[0]}' is not a number: somewhere during the motion a formula has none, such as the root at zero",
+            help="sensitivity=[...] of a run states the time at which this happens",
         )
 
 

@@ -64,7 +64,7 @@ class Hamilton(Study, frozen=True, kw_only=True):
         if not _are_conjugate(case, energy, momenta):
             raise SimulationError(
                 f"the Lagrangian of '{problem.name}' holds accelerations: it has no Hamilton's equations in its coordinates and their momenta",
-                help="add the rate of a function of coordinates and time that cancels them: that changes no motion",
+                help="add the time derivative of a function of coordinates and time that cancels them; it does not change the motion",
             )
         names = fit.names
         equations = [fit.equation("H", lambda s: s.phase[:, energy], 2)]
@@ -110,7 +110,6 @@ class Hamilton(Study, frozen=True, kw_only=True):
             model=problem.name,
             outcome=Outcome.COMPLETED,
             message="Hamilton's function" if equations[0].right else "no formula of H in the span",
-            values=(),
             errors_from="difference from the Legendre transformation at further random states",
             remarks=(*(f"{names[i]} is constant" for i in cyclic), *_left_out(problem)),
             tables=tuple(table for table in tables if table.rows),

@@ -107,9 +107,9 @@ def _findings(
     problem: Problem, sweep: CarriedSweep, seen: Formula, up: list[Held], down: list[Held]
 ) -> Findings:
     over = sweep.over
-    unit = _unit(problem, seen.name)
+    unit = next(q.unit for q in (*problem.states, *problem.outputs) if q.name == seen.name)
     both = [*up, *down]
-    quantity = _told(both)
+    quantity = _distinguishing(both)
     span = float(np.ptp([getattr(one, quantity) for one in both])) if both else 0.0
     jumps = [*_jumps(up, "up", quantity, span), *_jumps(down, "down", quantity, span)]
     apart = _apart(up, down, quantity, span)
@@ -151,7 +151,6 @@ def _findings(
         model=problem.name,
         outcome=sweep.outcome,
         message=message,
-        values=(),
         errors_from="what still changes between the halves of what is seen of each value",
         remarks=tuple(remarks),
         tables=(Table(f"jumps of {seen.text} ({word})", head, rows),) if rows else (),
@@ -178,11 +177,7 @@ def _record(over: Range, one: Held) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _unit(problem: Problem, name: str) -> str:
-    return next(q.unit for q in (*problem.states, *problem.outputs) if q.name == name)
-
-
-def _told(both: list[Held]) -> str:
+def _distinguishing(both: list[Held]) -> str:
     """Say what tells the branches apart: the spread of a motion, or the place where it comes to rest."""
     moving = max((one.rms for one in both), default=0.0)
     places = np.array([one.mean for one in both])

@@ -50,7 +50,7 @@ from ..formulas.null_space import (
 from ..formulas.relations import Chance
 from ..formulas.sampling import PhaseSample, Sampler
 from ..study import Study
-from .symmetries import about, as_it_slides, case_of
+from .symmetries import about, as_it_slides, case_of, cut
 
 INLINE = 160
 """Characters of a formula in which all functions are written out."""
@@ -85,7 +85,7 @@ class Invariants(Study, frozen=True, kw_only=True):
         case = as_it_slides(case_of(problem, self))
         search, known = _searched(case, self.degree)
         track = tracked(case, self)
-        found = _told(search.terms, known, track, search.values)
+        found = _integrals(search.terms, known, track, search.values)
         return _findings(case, found, search, track, search.terms)
 
 
@@ -94,7 +94,7 @@ def constants_of(case: Case, degree: int, track: Track) -> tuple[list[Integral],
     if case.problem.nv == 0:
         return [], []
     search, known = _searched(case, degree)
-    found = _told(search.terms, known, track, search.values)
+    found = _integrals(search.terms, known, track, search.values)
     narrow = (
         [] if search.null.clear else ["what counts as a constant cannot be told for sure: the gap is narrow"]
     )
@@ -222,7 +222,7 @@ def _adds(known: Sequence[Array], vector: Array, gradients: Array) -> bool:
 # ---------------------------------------------------------------- what is told
 
 
-def _told(
+def _integrals(
     terms: Terms, known: Sequence[tuple[Array, int, bool]], track: Track | None, values: Array
 ) -> list[Integral]:
     case = terms.case
@@ -308,14 +308,11 @@ def _findings(
         model=problem.name,
         outcome=outcome,
         message=f"{n or 'no'} independent constant{'' if n == 1 else 's'} of the motion in the span",
-        values=(),
         errors_from=told,
         remarks=tuple(remarks),
         tables=tuple(tables),
         panels=(
-            drift_panel(
-                [(_cut(one.formula, 40), one.drift) for one in found if one.drift], problem.time.unit
-            ),
+            drift_panel([(cut(one.formula, 40), one.drift) for one in found if one.drift], problem.time.unit),
         ),
         details={
             "invariants": [_plain(one) for one in independent],
@@ -334,11 +331,7 @@ def _findings(
 
 def _row(one: Integral) -> tuple[str, float, float | None]:
     because = f" [because {one.holds}]" if one.holds else ""
-    return _cut(one.formula, SHOWN) + because, float(one.degree), one.drift.largest if one.drift else None
-
-
-def _cut(text: str, size: int) -> str:
-    return text if len(text) <= size else text[: size - 1].rstrip() + "…"
+    return cut(one.formula, SHOWN) + because, float(one.degree), one.drift.largest if one.drift else None
 
 
 def _plain(one: Integral) -> dict[str, object]:

@@ -101,7 +101,6 @@ class Kinematics(Study, frozen=True, kw_only=True):
             model=problem.name,
             outcome=Outcome.COMPLETED,
             message=shown if tables else freedoms,
-            values=(),
             errors_from="positions, velocities and Jacobians are exact to rounding; accelerations by differences of sixth order",
             remarks=tuple(remarks),
             tables=tuple(tables),

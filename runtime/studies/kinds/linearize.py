@@ -107,7 +107,7 @@ class Linearization(Findings, frozen=True, eq=False, kw_only=True):
         names = [q.name for q, *rows in zip(self.outputs, self.D1, self.D2, strict=True) if np.any(rows)]
         if names:
             raise SimulationError(
-                f"{_quoted(names)}: a derivative of an input reaches this output at once, which a state space of {program} "
+                f"{_quoted(names)}: a derivative of an input reaches this output directly, which a state space of {program} "
                 "cannot hold",
                 help="D1 and D2 hold it: y = C x + D u + D1 u' + D2 u''; or observe other outputs",
             )
@@ -169,7 +169,7 @@ def point_of(
     remarks += refuse_edges(site, y, "linearisation")
     if at.word != EQUILIBRIUM and resting(site, y) is None:
         remarks.append(
-            "this state is not an equilibrium: the system tells how nearby motions part from this one"
+            "this state is not an equilibrium: the system describes how nearby motions diverge from this one"
         )
     inputs, outputs = chosen_inputs(problem, driven), chosen_outputs(problem, observing)
     following = observed_followers(problem, outputs)
@@ -265,7 +265,6 @@ def _linearized(study: Linearize, point: OperatingLinearization) -> Linearizatio
         outcome=Outcome.COMPLETED,
         message=f"states {len(states)}, inputs {len(driven)}, outputs {len(told)}"
         + ("" if study.sample is None else f", sampled every {study.sample:g} {problem.time.unit}".rstrip()),
-        values=(),
         errors_from=ERRORS,
         remarks=tuple(remarks),
         tables=_tables(
@@ -409,7 +408,7 @@ def observed(
                 if found.outputs_by_others[k].any():
                     raise SimulationError(
                         f"the output '{quantity.name}' counts energy from the start on: it is not a function of the state",
-                        help="observe something else with outputs = ...",
+                        help="observe other quantities with outputs = ...",
                     )
             case "y":
                 rows[row] = entries[k]

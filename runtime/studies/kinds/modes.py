@@ -79,7 +79,7 @@ class FindModes(Study, frozen=True, kw_only=True):
             remarks.append(
                 f"nothing brings back mode{'s' if count > 1 else ''} {listed}: a motion with no frequency"
             )
-        return _told(site, rest, modes, kind, tuple(remarks))
+        return _found_modes(site, rest, modes, kind, tuple(remarks))
 
 
 def _resting(site: Site, at: Place | None, remarks: list[str]) -> tuple[Site, Equilibrium]:
@@ -113,7 +113,9 @@ def _modes(site: Site, rest: Equilibrium) -> tuple[Modes, str]:
     return conservative_modes(found, np.asarray(off)), "conservative"
 
 
-def _told(site: Site, rest: Equilibrium, modes: Modes, kind: str, remarks: tuple[str, ...]) -> FoundModes:
+def _found_modes(
+    site: Site, rest: Equilibrium, modes: Modes, kind: str, remarks: tuple[str, ...]
+) -> FoundModes:
     problem, chart = site.problem, site.chart
     names = chart.names[: modes.shapes.shape[0]]
     values = modes.eigenvalues
@@ -137,7 +139,6 @@ def _told(site: Site, rest: Equilibrium, modes: Modes, kind: str, remarks: tuple
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=f"{kind}, at {where}{more}",
-        values=(),
         errors_from=ERRORS[real],
         remarks=remarks,
         tables=(Table("", head, tuple(rows)),),

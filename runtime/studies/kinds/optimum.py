@@ -60,7 +60,7 @@ class Optimum(Study, frozen=True, kw_only=True):
         """Run the model for many values. Raises SimulationError."""
         if not self.vary or self.goal is None:
             raise SimulationError(
-                "an optimum needs what may be changed, and a goal", help="say --vary angle --goal x"
+                "an optimum needs quantities to vary, and a goal", help="say --vary angle --goal x"
             )
         if self.when not in WHEN:
             raise SimulationError(f"what counts is {', '.join(WHEN)}, not '{self.when}'")
@@ -254,7 +254,7 @@ def _findings(
             "grow beyond"
         )
     elif off is None:
-        remarks.append("the goal is not smooth there, or flat: how far the place may be off cannot be told")
+        remarks.append("the goal is not smooth there, or flat: the error of the place is unknown")
     if best.outcome is Outcome.TERMINATED:
         remarks.append(f"the motion with these values ends before its stop: {best.message}")
     rows = sorted(search.seen, key=lambda row: float(row[0][0]))

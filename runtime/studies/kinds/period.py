@@ -50,9 +50,8 @@ class Period(Study, frozen=True, kw_only=True):
 
     unused = OF_A_MOTION
     of_own_states = True
-    needs: ClassVar[frozenset[str]] = frozenset(
-        {"bends"}
-    )  # energies have one formula on both sides of a kink
+    # energies have one formula on both sides of a kink
+    needs: ClassVar[frozenset[str]] = frozenset({"bends"})
 
     energy: Annotated[float | None, settable("The energy (default: that of the start).", "energy")] = None
 

@@ -327,7 +327,6 @@ def _findings(
         model=problem.name,
         outcome=Outcome.COMPLETED,
         message=(", ".join(counts) or "no point of rest") + " in the picture",
-        values=(),
         errors_from="drift of the energy along separatrices" if drawn.conserves else "paths within 1e-10 of each step",
         remarks=tuple(told),
         tables=tuple(tables),

@@ -122,7 +122,7 @@ class CarriedSearch(CarriedEquations):
         found: list[SteadyMotion] = []
         for guess in [self.start, *self._guesses()]:
             x = self._newton(guess)
-            one = None if x is None else self._told(x)
+            one = None if x is None else self._steady_motion(x)
             if one is not None and not any(self._apart(one.y, other.y) < SAME for other in found):
                 found.append(one)
         return sorted(found, key=lambda m: tuple(np.round(m.y, 9)))
@@ -184,7 +184,7 @@ class CarriedSearch(CarriedEquations):
         solved = newton(x, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
         return solved.at if solved.converged else None
 
-    def _told(self, x: Array) -> SteadyMotion | None:
+    def _steady_motion(self, x: Array) -> SteadyMotion | None:
         x = self.nearest(x)
         n = self.n
         if ((x[:n] < self.low) | (x[:n] > self.high))[self.stated].any():

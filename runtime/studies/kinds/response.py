@@ -28,7 +28,7 @@ from ...results.files import json_number
 from ...settings import EQUILIBRIUM, Frequencies, Place, Range, settable
 from ..findings import Cell, Findings, Table
 from ..flow.linear_pictures import Shown, bode, hertz_of, in_decibels, per, rates_of, seen_over
-from ..flow.sampled_loop import SampledLoop, sampled_loop, samples_itself
+from ..flow.sampled_loop import sampled_loop, samples_itself
 from ..study import OF_A_MOTION, Study
 from .linearize import OperatingLinearization, held_form, point_of
 
@@ -145,13 +145,13 @@ class Response(Study, frozen=True, kw_only=True):
         if looks_back and (sampling or self.sample is not None):
             raise SimulationError(
                 f"'{problem.name}' looks back, and no response of a sampled system with delays is known here",
-                help="leave 'sample' out, or let a discrete variable keep what was at the samples before"
+                help="leave 'sample' out, or let a discrete variable store the value of earlier samples"
                 if self.sample is not None
                 else "keep what was at the samples before in discrete variables, instead of 'delay'",
             )
         if sampling and self.sample is not None:
             raise SimulationError(
-                f"the model samples by itself ({sampling}), and 'sample' asks for another period",
+                f"the model samples by itself ({sampling}), but 'sample' names another period",
                 help="leave 'sample' out",
             )
         if sampling and at.word == EQUILIBRIUM:
@@ -167,7 +167,7 @@ class Response(Study, frozen=True, kw_only=True):
             )
         if sampling:
             loop = sampled_loop(point.site, point.y, point.system, point.inputs, point.outputs)
-            return _of_loop(point, loop, value)
+            return _of(point, loop, loop.matrix, value, loop.remarks)
         if point.past is not None:
             return _of_past(point, point.past, value)
         form = proper_form(point.system)
@@ -229,10 +229,6 @@ def _of_past(point: OperatingLinearization, past: LinearDelays, value: float | N
     return replace(
         found, poles=kept, undamped=none, stable=None, known=False, remarks=(*found.remarks, unknown)
     )
-
-
-def _of_loop(point: OperatingLinearization, loop: SampledLoop, value: float | None) -> System:
-    return _of(point, loop, loop.matrix, value, loop.remarks)
 
 
 class Grid(Struct, frozen=True, eq=False):
@@ -346,7 +342,6 @@ def _findings(problem: Problem, study: Response, systems: Sequence[System]) -> F
         message=f"inputs {len(seen.inputs)}, outputs {len(seen.outputs)}, {ends} {seen.frequency_unit}".rstrip()
         + ("" if seen.over is None else f", {len(systems)} values of {seen.over.name}")
         + ("" if period is None else f", sampled every {period:g} {problem.time.unit}".rstrip()),
-        values=(),
         errors_from=ERRORS,
         remarks=tuple(_remarks(seen, systems, grid, found)),
         tables=tuple(tables),

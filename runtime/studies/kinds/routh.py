@@ -175,7 +175,7 @@ class SteadySearch:
             return found, float(sized.max(initial=0.0))
 
         solved = newton(y, step, added, most=ITERATIONS, close=NEAR, longest=LONGEST)
-        return self._told(solved.at) if solved.converged else None
+        return self._steady_motion(solved.at) if solved.converged else None
 
     def _means_nothing(self, y: Array) -> bool:
         """Whether the momenta of cyclic coordinates hardly feel a rate of them, beside those of the start."""
@@ -184,7 +184,7 @@ class SteadySearch:
         size = np.sqrt(np.maximum(np.abs(np.diag(start)), 1e-300))
         return bool(np.linalg.eigvalsh(here / np.outer(size, size)).min(initial=1.0) < POLE)
 
-    def _told(self, y: Array) -> SteadyMotion | None:
+    def _steady_motion(self, y: Array) -> SteadyMotion | None:
         turns = [k for k in self.unknown if self.periodic[k]]
         y[turns] -= 2 * np.pi * np.ceil((y[turns] - np.pi * (1 + 1e-12)) / (2 * np.pi))
         bounded = [k for k in self.unknown if self.stated[k]]

@@ -177,7 +177,7 @@ class _Beam:
         ahead = -float(place @ speed) / rate
         if not ahead > 0:
             raise SimulationError(
-                f"the particle of '{self.problem.name}' moves away from the origin, where the centre is to be"
+                f"the particle of '{self.problem.name}' moves away from the origin, where the centre must be"
             )
         beam = self.line(plan)
         angles: list[float] = []
@@ -337,7 +337,7 @@ def _findings(
         between = f"between {name} = {min(round_):.6g} and {max(round_):.6g}"
         remarks.append(f"orbiting: {between} the particle goes round the centre by more than half a turn")
     if kept:
-        remarks.append(f"kept: at {name} = {min(kept):.6g} to {max(kept):.6g} it does not come out again")
+        remarks.append(f"kept: at {name} = {min(kept):.6g} to {max(kept):.6g} it does not escape again")
     length = problem.states[0].unit
     area = f"{length}^2" if length and length != "1" else ""
     first = (name or "start", unit)

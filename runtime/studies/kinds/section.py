@@ -79,7 +79,7 @@ class Section(Study, frozen=True, kw_only=True):
             )
         if self.every is not None and self.direction is not None:
             raise SimulationError(
-                "points at multiples of a time go through nothing: they have no direction",
+                "points at multiples of a time cross no surface, so they have no direction",
                 help='leave it away, or say a surface: --where "x = 0"',
             )
         if self.direction is not None and self.direction not in DIRECTIONS:
@@ -305,7 +305,7 @@ def _findings(problem: Problem, study: Section, strands: list[Strand]) -> Findin
             remarks.append(f"{strand.message}{of}")
         if strand.agreeing < strand.compared:
             remarks.append(
-                f"the first {strand.agreeing} points agree with those at a tighter tolerance; then the motions part, as "
+                f"the first {strand.agreeing} points agree with those at a tighter tolerance; then the motions diverge, as "
                 f"chaotic ones do, and each point stands for one of a motion nearby{of}"
             )
         for name, drift in strand.drifts.items():

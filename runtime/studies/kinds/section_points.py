@@ -76,7 +76,7 @@ def picture(
     if missing := [name for name in of if name not in quantities]:
         raise SimulationError(
             f"'{missing[0]}' is an input, and points are drawn in states and outputs",
-            help=f"declare an output that is it: output {missing[0]}_there = {missing[0]};",
+            help=f"declare an output for it: output {missing[0]}_there = {missing[0]};",
         )
     names = list(of) or _usual(problem, where)
     if len(names) == 1:

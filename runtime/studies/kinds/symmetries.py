@@ -116,11 +116,11 @@ class Symmetries(Study, frozen=True, kw_only=True):
         chance = Chance(case)
         track = tracked(case, self)
         typical = np.sqrt((columns[0] ** 2).mean(axis=0))
-        found = self._told(span, basis, chance, track, typical)
+        found = self._constants(span, basis, chance, track, typical)
         found.sort(key=lambda one: (np.count_nonzero(one.vector), tuple(support(one.vector))))
         return self._findings(problem, found, null, track, doubtful, span)
 
-    def _told(
+    def _constants(
         self, span: TermSpan, basis: Array, chance: Chance, track: Track | None, typical: Array
     ) -> list[Constant]:
         def columns(sampler: Sampler, count: int, p: Array | None) -> tuple[Array, Array]:
@@ -181,7 +181,6 @@ class Symmetries(Study, frozen=True, kw_only=True):
             model=problem.name,
             outcome=outcome,
             message=f"{n or 'no'} point {'symmetry' if n == 1 else 'symmetries'} in the span",
-            values=(),
             errors_from="drift: change along the run, relative to the sizes of the terms",
             remarks=tuple(remarks),
             tables=(
@@ -189,7 +188,11 @@ class Symmetries(Study, frozen=True, kw_only=True):
                     "symmetries",
                     (("symmetry", ""), ("conserved", ""), ("drift", "")),
                     tuple(
-                        (_cut(_row(one)), _cut(one.conserved), one.drift.largest if one.drift else None)
+                        (
+                            cut(_row(one), SHOWN),
+                            cut(one.conserved, SHOWN),
+                            one.drift.largest if one.drift else None,
+                        )
                         for one in found
                     ),
                 ),
@@ -225,8 +228,9 @@ def _row(one: Constant) -> str:
     return f"{one.name}: {one.generator}" + (f" [because {one.holds}]" if one.holds else "")
 
 
-def _cut(text: str) -> str:
-    return text if len(text) <= SHOWN else text[: SHOWN - 1].rstrip() + "…"
+def cut(text: str, size: int) -> str:
+    """Leave out what a text has beyond a number of characters."""
+    return text if len(text) <= size else text[: size - 1].rstrip() + "…"
 
 
 def case_of(problem: Problem, study: Study) -> Case:

@@ -113,7 +113,7 @@ class Task(Study, frozen=True, kw_only=True):
         """
         if not self.observe or self.reward is None:
             raise SimulationError(
-                "a task says what is seen and what is rewarded",
+                "a task states what is observed and what is rewarded",
                 help='as in study swing = task(observe = "sin(a), der(a)*(1 s)", reward = "cos(a)", every = 20 ms, stop = 10 s)',
             )
         if self.every is None:
@@ -165,7 +165,7 @@ class Task(Study, frozen=True, kw_only=True):
         for k in found:
             if None in bounds[known[k]]:
                 raise SimulationError(
-                    f"'{known[k]}' has no bounds, so that nobody can choose among its values",
+                    f"'{known[k]}' has no bounds, so no value of it can be chosen",
                     help=f"state them in the model: input ... {known[k]}(min = ..., max = ...)",
                 )
         return tuple(found)
@@ -175,7 +175,7 @@ def _start(problem: Problem, one: Axis | Spread | Listed) -> tuple[int, Spread]:
     """Give the place of a state that begins at random, and how. Raises SimulationError for anything else."""
     if not isinstance(one, Spread):
         raise SimulationError(
-            "an episode begins in a random state, not in those of a list",
+            "an episode begins in a random state, not in one of a list",
             help='as in vary = "a ~ uniform(-10 deg, 10 deg)"',
         )
     if one.kind == "normal" and len(one.numbers) == 1:
@@ -185,5 +185,5 @@ def _start(problem: Problem, one: Axis | Spread | Listed) -> tuple[int, Spread]:
             return k, one
     raise SimulationError(
         f"'{one.name}' is not a coordinate, rate or state: all episodes share it",
-        help="vary states here; other values of parameters are models of their own, as by model.with_values",
+        help="vary states here; for other values of parameters, make other models with model.with_values",
     )

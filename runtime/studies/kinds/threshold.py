@@ -134,7 +134,7 @@ class _Bisection:
                 found.append(self._located(float(values[k]), float(values[k + 1]), told[k], interrupted))
         except KeyboardInterrupt:
             outcome = Outcome.INTERRUPTED
-        return self._told(found, outcome)
+        return self._answer(found, outcome)
 
     def _located(
         self, low: float, high: float, below: bool, interrupted: Callable[[], bool]
@@ -164,7 +164,7 @@ class _Bisection:
             "above": not below,
         }
 
-    def _told(self, found: list[dict[str, Any]], outcome: Outcome) -> Findings:
+    def _answer(self, found: list[dict[str, Any]], outcome: Outcome) -> Findings:
         over, study, problem = self.over, self.study, self.problem
         what = f"it reaches {study.reaches.text}" if study.reaches is not None else "it is ended by terminate"
         rows = tuple(
@@ -205,7 +205,6 @@ class _Bisection:
             model=problem.name,
             outcome=outcome,
             message=message,
-            values=(),
             errors_from="bisection, and a tighter tolerance at the ends of what is left",
             remarks=(
                 *self._ended_before(),

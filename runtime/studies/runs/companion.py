@@ -212,18 +212,21 @@ def doubts(
     error = estimated.error
     if error is None:
         return (), None
-    found = _told(plan, estimated, error, drifts, as_stated=as_stated)
+    found = _shared_contradictions(plan, estimated, error, drifts, as_stated=as_stated)
     if not found or not plan.method.fixed_step:
         return found, error
     listed = checks(plan.case.problem, as_stated=as_stated)
     again = _beside(plan, main, None, HALVES if _bends(plan) else APART, listed)
     if again.error is None:
         return found, error
-    told = {(one.kind, one.name) for one in _told(plan, again, again.error, drifts, as_stated=as_stated)}
+    told = {
+        (one.kind, one.name)
+        for one in _shared_contradictions(plan, again, again.error, drifts, as_stated=as_stated)
+    }
     return tuple(one for one in found if (one.kind, one.name) in told), worse(error, again.error)
 
 
-def _told(
+def _shared_contradictions(
     plan: Plan,
     estimated: Estimated,
     error: ErrorEstimate,

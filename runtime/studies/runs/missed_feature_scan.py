@@ -142,9 +142,8 @@ def look_between(plan: Plan, main: Trajectory) -> MissedFeature | None:
     modes = None if main.happened is None else main.happened.discretes(times, problem.ny)
     rates = evaluate_rows(case, "rhs", times, states, modes)
     sizes = _noticed(plan) * (plan.nominal + np.abs(states))
-    lasting = np.minimum(
-        apart, np.repeat(dense.length, each) * (each.size / LOOKS)
-    )  # short steps err in rates, not in states
+    # short steps err in rates, not in states
+    lasting = np.minimum(apart, np.repeat(dense.length, each) * (each.size / LOOKS))
     change = np.abs(rates - slopes) * lasting[:, None] / sizes
     unseen = np.any(change > 1, axis=1)
     largest = float(apart.max())

@@ -101,9 +101,8 @@ def _run(plan: Plan, options: SimulationOptions, as_stated: bool, sensitivity: S
     from ...tangent.flow import Tangents
     from .sensitivity import with_sensitivities
 
-    differentiable = Tangents(
-        plan.case, plan.method, plan.nominal, sensitivity
-    )  # what it cannot is told before the run
+    # what it cannot is told before the run
+    differentiable = Tangents(plan.case, plan.method, plan.nominal, sensitivity)
     start = differentiable.start()
     progress = part_of(options.progress, 0.0, RUN_SHARE)
     solution = _solve(replace(plan, options=replace(options, progress=progress)), as_stated)

@@ -131,9 +131,8 @@ def test_models_as_loops(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPa
     (tmp_path / "straight").mkdir()
     as_loops = NativeModel(program, tmp_path, flags=model_flags(reproducible=True, loops=True))
     straight = NativeModel(as_straight_lines(program), tmp_path / "straight")
-    ahead = NativeModel(
-        program, tmp_path, name="ahead", turns=True
-    )  # by the C library where nothing is fused
+    # by the C library where nothing is fused
+    ahead = NativeModel(program, tmp_path, name="ahead", turns=True)
     assert ("mech_turn_row(" in emit_c(program, turns=True)) == (name == "chain")
     rng = np.random.default_rng(1)
     p = np.full(program.size("p"), np.nan)

@@ -257,9 +257,8 @@ def rolling_coin(s: Scene) -> Read:
     omega = np.array([0.0, 0, -3])
     turn = RotationMatrixY(np.radians(20))
     spin = turn @ np.array([-20.0, 0, 0]) + omega
-    down = np.cross(
-        turn @ np.array([1.0, 0, 0]), [0, 1.0, 0]
-    )  # towards the contact, for a coin whose axis has no y
+    # towards the contact, for a coin whose axis has no y
+    down = np.cross(turn @ np.array([1.0, 0, 0]), [0, 1.0, 0])
     down *= -np.sign(down[2]) * r
     centre = -down
     b = mbs.CreateRigidBody(

@@ -169,9 +169,8 @@ def linked(files: Files) -> bytes:
 def twice(files: Files) -> bytes:
     memory = BytesIO(zipped(files))
     with pytest.warns(UserWarning, match="Duplicate name"), zipfile.ZipFile(memory, "a") as written:
-        written.writestr(
-            "modelDescription.xml", files["modelDescription.xml"] + b"\n"
-        )  # two alike are taken as one
+        # two alike are taken as one
+        written.writestr("modelDescription.xml", files["modelDescription.xml"] + b"\n")
     return memory.getvalue()
 
 

@@ -79,9 +79,8 @@ def test_what_stands_still_is_drawn_once() -> None:
         assert np.abs(frames[0] - frames[2]).max() > 100, "it moves"
 
 
-@pytest.mark.filterwarnings(
-    "ignore:unclosed file:ResourceWarning"
-)  # of the reader, where its process ends late
+# of the reader, where its process ends late
+@pytest.mark.filterwarnings("ignore:unclosed file:ResourceWarning")
 @pytest.mark.slow
 @pytest.mark.skipif(
     importlib.util.find_spec("imageio_ffmpeg") is None, reason="needs pip install imageio-ffmpeg"

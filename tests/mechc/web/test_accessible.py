@@ -5,12 +5,11 @@ from __future__ import annotations
 import shutil
 import subprocess
 import tarfile
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import Opened, needs_browser, running_browser
+from browsers import Opened, needs_browser
 
 import mechc
 from mechc.web.page import page
@@ -22,11 +21,6 @@ SCREENS = {"desk": {"width": 1280, "height": 800}, "phone": {"width": 390, "heig
 SERIOUS = ("serious", "critical")
 
 pytestmark = [pytest.mark.slow, needs_browser]
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 @pytest.fixture(scope="module")

@@ -6,13 +6,12 @@ the answer, up to after its last call that draws. ``-s`` shows these, the rest o
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, running_browser, traced
+from browsers import Opened, needs_browser, traced
 from msgspec import Struct
 
 import mechc
@@ -98,11 +97,6 @@ DRAG = """async ([shape, slider, count, step]) => {
   performance.mark('move');
   return {ms, runs, share: page.run.share, values: Object.fromEntries(page.sliders.filter(s => s.value !== s.default).map(s => [s.name, s.value])), y0: Array.from(page.run.y0), size: [canvas.width, canvas.height]};
 }"""
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 @pytest.mark.parametrize("name", MODELS)

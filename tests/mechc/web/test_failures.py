@@ -3,22 +3,15 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import Opened, needs_browser, running_browser
+from browsers import Opened, needs_browser
 
 import mechc
 from mechc.web.failures import failure_texts
 from mechc.web.page import page
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
-
 
 FAILING = {
     "restitution": """

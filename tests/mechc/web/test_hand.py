@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser
+from browsers import Opened, needs_browser, off
 
 import mechc
 from mechc.web.page import page
@@ -49,11 +48,6 @@ model Thrown
   experiment(stop = 0.4 s, tolerance = 1e-10);
 end Thrown;
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 class Hand:
@@ -148,9 +142,8 @@ def test_a_body_in_space_follows_and_is_thrown(browser: Any, tmp_path: Path) -> 
     hand.throw(at, 12, 6)
     rates = np.array(hand.ask("page.sliders.filter(s => s.name.startsWith('der(')).map(s => s.value)"))
     scale = hand.ask(f"page.project(page.values({hand.shape}).slice(0, 3)).scale")
-    assert np.linalg.norm(rates) * scale == pytest.approx(
-        12 / 0.02, rel=0.5
-    )  # pixels in a second, by timers of the browser
+    # pixels in a second, by timers of the browser
+    assert np.linalg.norm(rates) * scale == pytest.approx(12 / 0.02, rel=0.5)
     assert hand.opened.said == []
 
 

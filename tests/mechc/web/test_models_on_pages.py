@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser, traced
+from browsers import Opened, needs_browser, off, traced
 from msgspec import Struct
 
 import mechc
@@ -42,11 +41,6 @@ MODELS = {
     "spring": Hard(STIFF, 1e-9, "m", 0.2),
     "sampled_controller": Hard(EXAMPLES, 1e-7, "kp", 50.0),
 }
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 @pytest.fixture(scope="module", params=MODELS)

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
-from browsers import Opened, needs_browser, off, running_browser
+from browsers import Opened, needs_browser, off
 
 import mechc
 from mechc.web.page import page
@@ -25,11 +23,6 @@ model Cube
   experiment(stop = 1 s, method = "moreau", step = 1 ms);
 end Cube;
 """
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 @needs_browser

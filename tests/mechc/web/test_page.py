@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser, waited
+from browsers import Opened, needs_browser, off, waited
 from parts_of_pages import parts_of
 
 import mechc
@@ -160,11 +159,6 @@ def test_settings_keep_the_units_of_the_text(display: str, units: dict[str, str]
 # ---------------------------------------------------------------- in a browser
 
 
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
-
-
 @needs_browser
 def test_a_live_page(browser: Any, tmp_path: Path) -> None:
     model = mechc.loads(BALL)
@@ -234,9 +228,8 @@ def test_curves_are_pale_from_where_they_are_unknown(browser: Any, tmp_path: Pat
         for tolerance in (1e-8, 1e-10)
     )
     apart = np.abs(one["a"] - two["a"]) > 0.01 * (2 + np.abs(one["a"]))
-    assert (
-        abs(times[trusted[0]] - times[np.argmax(apart)]) < 4
-    )  # ln(10) over the exponent, for the two compilers
+    # ln(10) over the exponent, for the two compilers
+    assert abs(times[trusted[0]] - times[np.argmax(apart)]) < 4
     assert trusted[2] == rows and 0 < times[trusted[0]] < 38
     assert "; curves are pale from" in opened.ask("document.getElementById('note').textContent")
     assert opened.said == []

@@ -5,13 +5,12 @@ from __future__ import annotations
 import io
 import math
 import re
-from collections.abc import Iterator
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import Opened, needs_browser, running_browser
+from browsers import Opened, needs_browser
 from PIL import Image
 
 import mechc
@@ -21,11 +20,6 @@ pytestmark = needs_browser
 
 EXAMPLES = Path(__file__).resolve().parents[3] / "examples"
 PHONE = {"width": 390, "height": 844}
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 def opened(browser: Any, folder: Path, text: str, **options: Any) -> Opened:

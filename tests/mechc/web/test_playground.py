@@ -301,9 +301,8 @@ def native_module(text: str, events: bool) -> bytes:
 @NPM
 def test_text_moves_in_the_browser_from_the_file_system(typed: Typed) -> None:
     """The bytes of the module are those that CPython makes here, and the motion is that of the command."""
-    solid = typed.ask(
-        "!!document.createElement('canvas').getContext('webgl2')"
-    )  # Firefox has none without a display
+    # Firefox has none without a display
+    solid = typed.ask("!!document.createElement('canvas').getContext('webgl2')")
     for name in ("double_pendulum", "bouncing_ball", *(["lagrange_top"] if solid else []), "four_bar"):
         text = (EXAMPLES / f"{name}.mech").read_text(encoding="utf-8")
         typed.type(text)

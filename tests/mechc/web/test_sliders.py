@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import Opened, needs_browser, running_browser
+from browsers import Opened, needs_browser
 
 import mechc
 from mechc.web.page import page
@@ -135,11 +134,6 @@ def test_long_numbers_of_settings_are_shown_in_units_of_the_text() -> None:
 
 
 # ---------------------------------------------------------------- in a browser
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 def opened(browser: Any, folder: Path, model: mechc.Model, **options: Any) -> Opened:

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from browsers import Opened, needs_browser, off, running_browser
+from browsers import Opened, needs_browser, off
 
 import mechc
 from mechc.cli.main import run
@@ -58,11 +57,6 @@ end Followed;
 
 TIMES = np.linspace(0.0, 4.0, 21)
 PUSH = 5 * np.sin(1.3 * TIMES) + np.where(np.arange(21) % 5 == 0, 3.0, 0.0)
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 def opened(browser: Any, model: mechc.Model, path: Path, **options: Any) -> Opened:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 import pytest
-from browsers import Opened, needs_browser, running_browser
+from browsers import Opened, needs_browser
 
 import mechc
 from mechc.runtime.case import SimulationOptions, prepare
@@ -45,11 +44,6 @@ def test_the_structure_shows_what_trials_do(name: str) -> None:
 def test_quaternions_do_not_turn() -> None:
     model = mechc.load(EXAMPLES / "heavy_top_rotation.mech")
     assert turning(model.compilation.equations) == []
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    yield from running_browser()
 
 
 @needs_browser

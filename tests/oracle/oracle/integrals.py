@@ -46,9 +46,8 @@ def definite_integral(body: Body, plain: Body, together: Together, lower: Any, u
     except ONE_BY_ONE:
         values, taken = zip(*(look(sigma) for sigma in looks), strict=True)
         sizes = [size(value) for value in values]
-    peak = float(
-        looks[int(np.argmax(sizes))]
-    )  # ends of pieces are looked at closely: a narrow peak is not missed
+    # ends of pieces are looked at closely: a narrow peak is not missed
+    peak = float(looks[int(np.argmax(sizes))])
     cuts: list[Any] = [0.0]
     for i in range(LOOKS - 1):
         cuts += _changes(body, choices, lower, width, (looks[i], taken[i]), (looks[i + 1], taken[i + 1]))

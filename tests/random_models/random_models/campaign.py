@@ -102,9 +102,8 @@ def _chunk(first: int, mode: str) -> dict[str, Any]:
 def campaign(models: int, jobs: int, mode: str = "mixed", folder: Path = FOLDER) -> Counter[str]:
     """Examine the models that earlier runs have not, and write what is found to a file, a line for each range."""
     folder.mkdir(parents=True, exist_ok=True)
-    os.environ.setdefault(
-        "MECHC_CACHE", str(folder / "cache")
-    )  # thousands of libraries that nobody needs again
+    # thousands of libraries that nobody needs again
+    os.environ.setdefault("MECHC_CACHE", str(folder / "cache"))
     path = folder / f"{mode}.jsonl"
     lines = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
     done = {line["first"] for line in lines}

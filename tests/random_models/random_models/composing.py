@@ -34,9 +34,8 @@ ODD = (
     "outputs", "states", "parameters", "values", "data", "over", "names", "lambda", "self", "int", "double", "main", "np", "math",
 )  # fmt: skip
 """What settings, options, axes, and what other languages know are called."""
-BOLT = statement(
-    "class", "model Bolt frame from; frame to; place to = from; end Bolt;", name="Bolt"
-)  # a joint without freedoms that does not say what it holds
+# a joint without freedoms that does not say what it holds
+BOLT = statement("class", "model Bolt frame from; frame to; place to = from; end Bolt;", name="Bolt")
 METER = statement(
     "class", "model Meter input Real signal; output sum = integral(signal); end Meter;", name="Meter"
 )

@@ -324,9 +324,8 @@ def moved(base: Compiled, solution: Any, sizes: Collection[str] = ()) -> list[tu
     try:
         meaning = Meaning(base.model.compilation.flat, experiment="")
         told = {n: float(np.ravel(solution[n])[0]) for n in base.states if n in solution}
-        first = (
-            told if solution.time[0] == begin else base.start()
-        )  # what is told may begin later than the motion
+        # what is told may begin later than the motion
+        first = told if solution.time[0] == begin else base.start()
         start = {n: first.get(n, float(v)) for n, v in meaning.start(begin).items()}
         with limited(SECONDS):
             motion = meaning.motion(

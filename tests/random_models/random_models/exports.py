@@ -56,9 +56,8 @@ def exported(
     """
     model = mechc.loads(text).for_experiment(None)
     given = _given(model, text) if units else {}
-    own = (
-        _told(model, text, units=True) if units and not sizes else {}
-    )  # another start is not a size of theirs
+    # another start is not a size of theirs
+    own = _told(model, text, units=True) if units and not sizes else {}
     if own and len(text) % 2:
         text = _set_otherwise(model, text, own)
     if own.keys() & set(_BEGINNING.findall(text)):  # the start is found anew for it alone

@@ -116,9 +116,8 @@ class Element:
         """The force that draws a back."""
         if self.kind != "series":
             return self.stiffness() * (xa - z)
-        stretch = (
-            xa - xb
-        )  # c u^3 + (k + l) u = k stretch, by Viete's formula for one real root, and a step of Newton's method
+        # c u^3 + (k + l) u = k stretch, by Viete's formula for one real root, and a step of Newton's method
+        stretch = xa - xb
         stiff = self.k + self.l
         size = 2 * math.sqrt(stiff / (3 * self.c))
         u = size * math.sinh(math.asinh(3 * self.k * stretch / (stiff * size)) / 3)

@@ -60,9 +60,8 @@ class Scope:
     statements: list[S] = field(default_factory=list)
     signals: list[E] = field(default_factory=list)
     parameters: list[E] = field(default_factory=list)
-    vectors: list[E] = field(
-        default_factory=list
-    )  # vector-valued references: array parameters and coordinates
+    # vector-valued references: array parameters and coordinates
+    vectors: list[E] = field(default_factory=list)
     frames: list[E] = field(default_factory=list)  # placed frames and points
     bodies: list[E] = field(default_factory=list)  # frames that carry mass
     joints: list[str] = field(default_factory=list)
@@ -73,9 +72,8 @@ class Scope:
     locked: bool = False  # constraints are there: initial values are guesses
     conditions: list[E] = field(default_factory=list)  # truth values
     notes: set[str] = field(default_factory=set)
-    starts: dict[str, Fraction] = field(
-        default_factory=dict
-    )  # of coordinates and rates, where they are numbers
+    # of coordinates and rates, where they are numbers
+    starts: dict[str, Fraction] = field(default_factory=dict)
     clocks: list[Fraction] = field(default_factory=list)  # periods
     counters: list[E] = field(default_factory=list)  # discrete numbers
 

@@ -44,9 +44,8 @@ def settings(model: Model, random: Random) -> Twin | None:
         elif is_number(s) and s not in stems and s.name not in said and random.random() < SHARE:
             e = s.slots[0].expression
             if not any(x.kind == "function" for x in e.walk()):
-                as_it_is = (
-                    random.random() < 0.6 or said
-                )  # what the experiment says is in no number of the text
+                # what the experiment says is in no number of the text
+                as_it_is = random.random() < 0.6 or said
                 given.append((s.name, e if as_it_is else _as_number(s.name, e, known)))
                 items[k] = with_value(s, _another(e, stems, random))
     if not given:

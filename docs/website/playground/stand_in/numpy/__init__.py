@@ -258,9 +258,8 @@ def _products(a: Iterable[float], b: Iterable[float]) -> float:
     return math.fsum(map(float.__mul__, a, b))
 
 
-_dot: Callable[[Sequence[float], Sequence[float]], float] = getattr(
-    math, "sumprod", _products
-)  # since Python 3.12
+# since Python 3.12
+_dot: Callable[[Sequence[float], Sequence[float]], float] = getattr(math, "sumprod", _products)
 
 
 def _divided(a: float, b: float) -> float:
