@@ -8,7 +8,7 @@ from fractions import Fraction
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
 from random_models.operators import add, call, der, multiply, subtract
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import (
     ACCELERATION,
     FORCE,
@@ -31,11 +31,10 @@ SHARE = 0.08
 F = Fraction
 
 
-def bends(s: Scope, seed: int) -> None:
-    """Write a body that rubs on a belt, a bead on a bent wire, or a bar that falls flat. Their random numbers are their own: models keep all else."""
-    with s.apart(f"bends of {seed}"):
-        if s.chance(SHARE):
-            s.weighted(((2, _belt), (2, _wire), (1, _flat), (1, _floor)))(s)
+@rare(SHARE)
+def bends(s: Scope) -> None:
+    """Write a body that rubs on a belt, a bead on a bent wire, or a bar that falls flat."""
+    s.weighted(((2, _belt), (2, _wire), (1, _flat), (1, _floor)))(s)
 
 
 def _belt(s: Scope) -> None:

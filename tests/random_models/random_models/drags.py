@@ -9,7 +9,7 @@ from fractions import Fraction
 from random_models.bends import body
 from random_models.coordinates import half, square
 from random_models.operators import add, call, der, divide, multiply, negate, power, subtract
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import (
     ENERGY,
     LENGTH,
@@ -31,14 +31,9 @@ SHARE = 0.1
 F = Fraction
 
 
-def drags(s: Scope, seed: int) -> None:
-    """Write bodies with such forces. Their random numbers are their own: models keep all else."""
-    with s.apart(f"drags of {seed}"):
-        if s.chance(SHARE):
-            _drags(s)
-
-
-def _drags(s: Scope) -> None:
+@rare(SHARE)
+def drags(s: Scope) -> None:
+    """Write bodies with such forces."""
     x, y = body(s, s.number(-0.8, 0.8), s.number(-1, 1)), body(s, s.number(-0.8, 0.8), s.number(-1, 1))
     spring = half(s, s.value(dim(1, 0, -2), s.number(1, 6)), add(square(x), square(y)))
     s.add("energy", "potential ", Slot("potential", spring), ";", data={"what": "potential"})

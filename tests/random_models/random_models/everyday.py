@@ -8,7 +8,7 @@ Each statement holds what it means in plain words, which a twin says in its plac
 from __future__ import annotations
 
 from random_models.lists import Chain
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import statement
 
 SHARE = 0.16
@@ -17,11 +17,10 @@ MANY = 24
 """Statements of a model that is too long for constraints and contacts of a loop: its motion by definition is slow."""
 
 
-def everyday(s: Scope, seed: int) -> None:
-    """Write some of it about a few masses. Their random numbers are their own: models keep all else."""
-    with s.apart(f"everyday of {seed}"):
-        if s.chance(SHARE):
-            _Everyday(s).write()
+@rare(SHARE)
+def everyday(s: Scope) -> None:
+    """Write some of it about a few masses."""
+    _Everyday(s).write()
 
 
 def starting(s: Scope) -> None:

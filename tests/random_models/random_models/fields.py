@@ -14,7 +14,7 @@ from random_models.coordinates import half
 from random_models.driven import ask
 from random_models.operators import add, call, der, divide, element, multiply, negate, subtract, two, vector
 from random_models.quantities import quantity
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import (
     ENERGY,
     FORCE,
@@ -40,14 +40,9 @@ Written = Callable[..., E]
 Answer = Callable[[E], E]
 
 
-def fields(s: Scope, seed: int) -> None:
-    """Write a point that moves in fields. Its random numbers are its own: models keep all else."""
-    with s.apart(f"fields of {seed}"):
-        if s.chance(SHARE):
-            _point(s)
-
-
-def _point(s: Scope) -> None:
+@rare(SHARE)
+def fields(s: Scope) -> None:
+    """Write a point that moves in fields."""
     n, name = s.pick((2, 3)), s.fresh("q")
     places = (s.literal(LENGTH, s.number(-0.6, 0.6)) for _ in range(n))
     start = Slot("coordinate.value", vector(*places))

@@ -8,7 +8,7 @@ import numpy as np
 
 from random_models.expressions import Writer
 from random_models.operators import add, call, choose, divide, multiply, relation, vector
-from random_models.scope import TYPES, Scope
+from random_models.scope import TYPES, Scope, rare
 from random_models.tree import (
     ENERGY,
     FORCE,
@@ -30,11 +30,10 @@ SHARE = 0.15
 _DIMENSIONS = (NUMBER, NUMBER, LENGTH, TIME, MASS, FORCE, SPEED)
 
 
-def formulas(s: Scope, seed: int) -> None:
-    """Write a few. Their random numbers are their own: models keep all else."""
-    with s.apart(f"formulas of {seed}"):
-        if s.chance(SHARE):
-            chain(s)
+@rare(SHARE)
+def formulas(s: Scope) -> None:
+    """Write a few."""
+    chain(s)
 
 
 def chain(s: Scope) -> None:

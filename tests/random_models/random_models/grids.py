@@ -5,21 +5,16 @@ from __future__ import annotations
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
 from random_models.operators import call, der, multiply, vector
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import FORCE, LENGTH, MASS, NUMBER, SPEED, Dim, E, Slot, node, reference
 
 SHARE = 0.06
 """Of the models."""
 
 
-def grids(s: Scope, seed: int) -> None:
-    """Write one. Its random numbers are its own: models keep all else."""
-    with s.apart(f"grids of {seed}"):
-        if s.chance(SHARE):
-            _grid(s)
-
-
-def _grid(s: Scope) -> None:
+@rare(SHARE)
+def grids(s: Scope) -> None:
+    """Write one."""
     rows, columns = s.pick(((2, 2), (2, 3), (3, 2), (1, 3)))
     name, i, j = s.fresh("q"), s.fresh("i"), s.fresh("i")
     places = _matrix(s, rows, columns, LENGTH)

@@ -5,17 +5,16 @@ from __future__ import annotations
 import math
 
 from random_models.lists import Chain
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 
 SHARE = 0.05
 """Of the models."""
 
 
-def leaning(s: Scope, seed: int) -> None:
-    """Write a rod. Its random numbers are its own: models keep all else."""
-    with s.apart(f"leaning of {seed}"):
-        if s.chance(SHARE):
-            _Leaning(s).write()
+@rare(SHARE)
+def leaning(s: Scope) -> None:
+    """Write a rod."""
+    _Leaning(s).write()
 
 
 class _Leaning(Chain):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from random import Random
 
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import LENGTH, Model, reference, statement
 from random_models.twins import Twin
 
@@ -17,11 +17,10 @@ SHARE = 0.07
 Row = Sequence[float]
 
 
-def lists(s: Scope, seed: int) -> None:
-    """Write a chain. Its random numbers are its own: models keep all else."""
-    with s.apart(f"lists of {seed}"):
-        if s.chance(SHARE):
-            Chain(s).write()
+@rare(SHARE)
+def lists(s: Scope) -> None:
+    """Write a chain."""
+    Chain(s).write()
 
 
 def element_by_element(model: Model, random: Random) -> Twin | None:

@@ -6,18 +6,17 @@ Nothing else moves with them, so that the steps of a method grow, and might pass
 from __future__ import annotations
 
 from random_models.lists import Chain
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import Model
 
 SHARE = 0.06
 """Of the models."""
 
 
-def narrow(s: Scope, seed: int) -> None:
-    """Write one or two of them. Their random numbers are their own: models keep all else."""
-    with s.apart(f"narrow of {seed}"):
-        if s.chance(SHARE):
-            _Narrow(s).write()
+@rare(SHARE)
+def narrow(s: Scope) -> None:
+    """Write one or two of them."""
+    _Narrow(s).write()
 
 
 def is_marked(model: Model, *marks: str) -> bool:

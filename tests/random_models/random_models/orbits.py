@@ -3,17 +3,16 @@
 from __future__ import annotations
 
 from random_models.lists import Chain
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 
 SHARE = 0.06
 """Of the models."""
 
 
-def orbits(s: Scope, seed: int) -> None:
-    """Write a body that goes around. Its random numbers are its own: models keep all else."""
-    with s.apart(f"orbits of {seed}"):
-        if s.chance(SHARE):
-            _Orbit(s).write()
+@rare(SHARE)
+def orbits(s: Scope) -> None:
+    """Write a body that goes around."""
+    _Orbit(s).write()
 
 
 class _Orbit(Chain):

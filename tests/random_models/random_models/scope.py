@@ -165,3 +165,18 @@ def _si(d: Dim) -> str:
 
 Maker = Callable[[Scope], None]
 __all__ = ["File", "Maker", "Scope", "LENGTH", "NUMBER", "TYPES"]
+
+
+def rare(share: float) -> Callable[[Callable[[Scope], object]], Callable[[Scope, int], None]]:
+    """Have something written into a share of the models, by random numbers of its own: models keep all else."""
+
+    def decorated(write: Callable[[Scope], object]) -> Callable[[Scope, int], None]:
+        def part(s: Scope, seed: int) -> None:
+            with s.apart(f"{write.__name__} of {seed}"):
+                if s.chance(share):
+                    write(s)
+
+        part.__doc__ = write.__doc__
+        return part
+
+    return decorated

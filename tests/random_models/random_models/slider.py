@@ -7,7 +7,7 @@ from fractions import Fraction
 from random_models.coordinates import half, square
 from random_models.expressions import Writer
 from random_models.operators import add, call, der, multiply, negate, subtract
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import (
     ACCELERATION,
     FORCE,
@@ -27,14 +27,9 @@ SHARE = 0.08
 F = Fraction
 
 
-def slider(s: Scope, seed: int) -> None:
-    """Write a slider and its floor. Their random numbers are their own: models keep all else."""
-    with s.apart(f"slider of {seed}"):
-        if s.chance(SHARE):
-            _slider(s)
-
-
-def _slider(s: Scope) -> None:
+@rare(SHARE)
+def slider(s: Scope) -> None:
+    """Write a slider and its floor."""
     right = F(1) if s.chance(0.5) else F(-1)
     speed, way, drop = s.number(0.8, 1.5), s.number(0.1, 0.25), s.number(0.005, 0.02, 3)
     x = _coordinate(s, -right * way, right * speed)

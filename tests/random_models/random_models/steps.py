@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from random_models.bends import body
 from random_models.operators import choose, negate, relation
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import ENERGY, LENGTH, Slot, node
 
 SHARE = 0.05
 """Of the models."""
 
 
-def steps(s: Scope, seed: int) -> None:
-    """Write one. Its random numbers are its own: models keep all else."""
-    with s.apart(f"steps of {seed}"):
-        if s.chance(SHARE):
-            _step(s)
-
-
-def _step(s: Scope) -> None:
+@rare(SHARE)
+def steps(s: Scope) -> None:
+    """Write one."""
     x = body(s, s.number(-0.25, -0.08), s.number(0.8, 1.6))
     height, zero = s.literal(ENERGY, s.number(-0.6, 0.9)), node("number", "0", value=lambda: 0)
     edge = s.literal(LENGTH, s.number(-0.02, 0.06))

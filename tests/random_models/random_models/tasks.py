@@ -6,7 +6,7 @@ from fractions import Fraction
 
 from random_models.operators import add, multiply
 from random_models.quantities import quantity
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import NUMBER, TIME, Seq, Slot, statement
 
 SHARE = 0.1
@@ -15,14 +15,9 @@ _BASES = (Fraction(1, 10), Fraction(1, 20), Fraction(7, 100), Fraction(3, 50), F
 """Seconds; rounded multiples of most are not the multiples' own rounding."""
 
 
-def tasks(s: Scope, seed: int) -> None:
-    """Write two or three clocks. Their random numbers are their own: models keep all else."""
-    with s.apart(f"tasks of {seed}"):
-        if s.chance(SHARE):
-            _tasks(s)
-
-
-def _tasks(s: Scope) -> None:
+@rare(SHARE)
+def tasks(s: Scope) -> None:
+    """Write two or three clocks."""
     base = s.pick(_BASES)
     several = s.pick(((1, 3), (1, 3), (1, 2), (2, 3), (1, 2, 3), (1, 3, 1)))
     shares = s.random.sample(several, len(several))

@@ -7,17 +7,16 @@ Each statement holds what it means in plain words, which a twin says in its plac
 from __future__ import annotations
 
 from random_models.lists import Chain
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 
 SHARE = 0.12
 """Of the models."""
 
 
-def timed(s: Scope, seed: int) -> None:
-    """Write some of it about two masses. Their random numbers are their own: models keep all else."""
-    with s.apart(f"timed of {seed}"):
-        if s.chance(SHARE):
-            _Timed(s).write()
+@rare(SHARE)
+def timed(s: Scope) -> None:
+    """Write some of it about two masses."""
+    _Timed(s).write()
 
 
 class _Timed(Chain):

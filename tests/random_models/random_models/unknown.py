@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from random_models.expressions import Writer
 from random_models.operators import add, call, der, divide, multiply, negate
-from random_models.scope import Scope
+from random_models.scope import Scope, rare
 from random_models.tree import (
     ENERGY,
     FORCE,
@@ -25,11 +25,10 @@ SHARE = 0.2
 LEVELS = "tuzxqv"
 
 
-def unknowns(s: Scope, seed: int) -> None:
-    """Let equations determine one or two outputs. Their random numbers are their own: models keep all else."""
-    with s.apart(f"unknowns of {seed}"):
-        if s.chance(SHARE):
-            s.weighted(((2, _one), (1, _two)))(s)
+@rare(SHARE)
+def unknowns(s: Scope) -> None:
+    """Let equations determine one or two outputs."""
+    s.weighted(((2, _one), (1, _two)))(s)
 
 
 def _declared(s: Scope, guess: E | None = None) -> tuple[E, E]:
