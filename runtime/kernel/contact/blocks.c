@@ -5,8 +5,11 @@
 
 #include "linear.h"
 
-enum { CHECKED = 8 };           /* sweeps between two looks at the residuals                                */
-enum { GROWN = 2, GROWTHS = 3 }; /* changes grow where they are more than so many times as large; how often they may */
+enum { CHECKED = 8, LONG = 30 }; /* sweeps between two looks at the residuals; of momentum before it may be full */
+
+/* Changes of a sweep, as squares, have grown where they are more than so many times the least; by what the rest of the share to one grows
+ * then, and the least limit; squared cosine above which changes go straight on. */
+static const mech_real GROWN = 2, LESS = 2, LEAST_LIMIT = MECH_C(0.9), STRAIGHT = MECH_C(0.9);
 
 static mech_real rate(const mech_block *block, const mech_real *k, const mech_real *v)
 {
@@ -62,22 +65,45 @@ int mech_blocks_check(mech_blocks *c)
     return solved;
 }
 
-/* q = b + K v, and with the rates of all three rows in one pass over the velocities. */
+/* q = b + K v, in one pass over the velocities. */
 static void rates_of(const mech_block *block, const mech_real *v, mech_real *q)
 {
     const int n = mech_cone_rows(&block->cone), width = block->width;
     const mech_real *k0 = block->k, *k1 = k0 + width, *k2 = k1 + width;
+    mech_real even[3] = {0, 0, 0}, odd[3] = {0, 0, 0}; /* sums that do not wait for each other */
     for (int i = 0; i < n; i++) q[i] = block->b[i];
     if (n < 3) {
         for (int i = 0; i < n; i++) q[i] += rate(block, k0 + i * width, v);
         return;
     }
-    for (int i = 0; i < width; i++) {
-        const mech_real own = v[block->v[i]];
-        q[0] += k0[i] * own;
-        q[1] += k1[i] * own;
-        q[2] += k2[i] * own;
+    for (int i = 0; i + 1 < width; i += 2) {
+        const mech_real one = v[block->v[i]], other = v[block->v[i + 1]];
+        even[0] += k0[i] * one;
+        even[1] += k1[i] * one;
+        even[2] += k2[i] * one;
+        odd[0] += k0[i + 1] * other;
+        odd[1] += k1[i + 1] * other;
+        odd[2] += k2[i + 1] * other;
     }
+    if (width % 2) {
+        const mech_real last = v[block->v[width - 1]];
+        even[0] += k0[width - 1] * last;
+        even[1] += k1[width - 1] * last;
+        even[2] += k2[width - 1] * last;
+    }
+    for (int i = 0; i < 3; i++) q[i] += even[i] + odd[i];
+}
+
+/* v + R times the changes of the impulses, in one pass. */
+static void push_all(const mech_block *block, const mech_real *change, mech_real *v)
+{
+    const int n = mech_cone_rows(&block->cone), width = block->width;
+    const mech_real *r0 = block->response, *r1 = r0 + width, *r2 = r1 + width;
+    if (n < 3) {
+        for (int i = 0; i < n; i++) push(block, i, change[i], v);
+        return;
+    }
+    for (int i = 0; i < width; i++) v[block->v[i]] += change[0] * r0[i] + change[1] * r1[i] + change[2] * r2[i];
 }
 
 /* Whether a contact has no impulse and gets none: the rate of its gap alone says so. */
@@ -87,81 +113,90 @@ static int stays_open(const mech_block *block, const mech_real *v)
     return block->cone.kind == MECH_CONE && r[0] == 0 && r[1] == 0 && r[2] == 0 && block->b[0] + rate(block, block->k, v) >= 0;
 }
 
-/* One sweep from the first to the last, or back. Gives whether nothing changed by more than its slack. */
-static int sweep_once(mech_blocks *c, int back)
+/* One sweep from the last to the first. Gives whether nothing changed by more than its slack. */
+static int sweep_once(mech_blocks *c)
 {
     int rests = 1;
-    for (int a = 0; a < c->n; a++) {
-        mech_block *block = &c->blocks[back ? c->n - 1 - a : a];
+    for (int a = c->n - 1; a >= 0; a--) {
+        mech_block *block = &c->blocks[a];
         const int n = mech_cone_rows(&block->cone);
-        mech_real q[3], r[3];
+        mech_real q[3], r[3], change[3];
         if (stays_open(block, c->v)) continue;
         rates_of(block, c->v, q);
         for (int i = 0; i < n; i++)
             for (int j = 0; j < n; j++) q[i] -= block->w[3 * i + j] * block->r[j];
         mech_cone_solve(&block->cone, block->w, q, r);
         for (int i = 0; i < n; i++) {
-            const mech_real change = r[i] - block->r[i];
+            change[i] = r[i] - block->r[i];
             block->r[i] = r[i];
-            if (change == 0) continue;
-            rests &= mech_abs(change) * block->w[4 * i] <= block->cone.slack;
-            push(block, i, change, c->v);
+            rests &= mech_abs(change[i]) * block->w[4 * i] <= block->cone.slack;
         }
+        push_all(block, change, c->v);
     }
     c->sweeps++;
     return rests;
 }
 
-/* Goes on along the last direction: what the sweep changed, and of that before the share by which the changes shrink; of sweeps one way
- * at most all of it. Begins again where they turn against it, or grow: gives whether they do. Impulses may leave their cones by it: the
- * next sweep solves each of them again. */
-static int go_on(mech_blocks *c, mech_real *before, int fresh, int one_way)
+/* Sweeps since momentum began, its share, the most that this may be, and the least that a sweep has changed since. */
+typedef struct momentum {
+    int since;
+    mech_real share, limit, least;
+} momentum;
+
+/* Goes on by a share of all that has changed since the sweep before ended: it grows with each sweep, and is full where one changes impulses
+ * straight on. Momentum begins again where a sweep turns against it, and with less from then on where changes grow by it: friction has no
+ * energy that sweeps lower. Impulses may leave their cones: the next sweep solves each of them again. */
+static void go_on(mech_blocks *c, momentum *o)
 {
-    mech_real *step = c->room, *start = step + 3 * c->n, *v_step = start + 3 * c->n, *v_start = v_step + c->nv, size = 0, along = 0;
+    mech_real *start = c->room, *last = start + 3 * c->n, *v_last = last + 3 * c->n, size = 0, along = 0, way = 0;
     for (int a = 0; a < c->n; a++)
         for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
-            const mech_real change = c->blocks[a].r[i] - start[3 * a + i];
-            size += c->blocks[a].w[4 * i] * change * change;
-            along += c->blocks[a].w[4 * i] * change * step[3 * a + i];
+            const mech_real w = c->blocks[a].w[4 * i], r = c->blocks[a].r[i], change = r - start[3 * a + i], all = r - last[3 * a + i];
+            size += w * change * change;
+            along += w * change * all;
+            way += w * all * all;
         }
-    const int grown = !fresh && size > GROWN * *before;
-    const mech_real share = fresh || along < 0 || grown || !(*before > 0) ? 0 : one_way && size > *before ? 1 : size / *before;
-    *before = size;
+    const int grown = o->since && size > GROWN * o->least, straight = o->since > LONG && along > 0 && along * along > STRAIGHT * size * way;
+    if (grown) o->limit = mech_max(LEAST_LIMIT, 1 - LESS * (1 - o->share));
+    if (grown || along < 0) o->since = 0;
+    o->least = o->since ? mech_min(o->least, size) : size;
+    o->share = straight && !grown ? o->limit : mech_min(o->limit, (mech_real)o->since / (o->since + 3));
+    o->since++;
     for (int a = 0; a < c->n; a++)
         for (int i = 0; i < mech_cone_rows(&c->blocks[a].cone); i++) {
-            mech_real *r = &c->blocks[a].r[i], *last = &step[3 * a + i];
-            const mech_real change = *r - start[3 * a + i], further = share * *last;
-            *r += further;
-            *last = further + change;
+            const mech_real r = c->blocks[a].r[i];
+            start[3 * a + i] = c->blocks[a].r[i] = r + o->share * (r - last[3 * a + i]);
+            last[3 * a + i] = r;
         }
     for (int i = 0; i < c->nv; i++) {
-        const mech_real change = c->v[i] - v_start[i], further = share * v_step[i];
-        c->v[i] += further;
-        v_step[i] = further + change;
+        const mech_real v = c->v[i];
+        c->v[i] = v + o->share * (v - v_last[i]);
+        v_last[i] = v;
     }
-    return grown;
 }
 
-/* Notes where the next sweep begins. */
-static void note(mech_blocks *c)
+/* Whether it is solved; if not, v stays what sweeps have made it: momentum would multiply what rounding put between it and r. */
+static int looks_solved(mech_blocks *c)
 {
-    mech_real *start = c->room + 3 * c->n, *v_start = start + 3 * c->n + c->nv;
-    for (int a = 0; a < c->n; a++) memcpy(start + 3 * a, c->blocks[a].r, 3 * sizeof(mech_real));
-    memcpy(v_start, c->v, (size_t)c->nv * sizeof(mech_real));
+    mech_real *kept = c->room + 6 * c->n + c->nv;
+    memcpy(kept, c->v, (size_t)c->nv * sizeof(mech_real));
+    if (mech_blocks_check(c)) return 1;
+    memcpy(c->v, kept, (size_t)c->nv * sizeof(mech_real));
+    return 0;
 }
 
 int mech_blocks_sweep(mech_blocks *c, int most)
 {
-    mech_real before = 0;
-    int growths = 0;
-    memset(c->room, 0, (6 * (size_t)c->n + 2 * (size_t)c->nv) * sizeof(mech_real));
+    mech_real *start = c->room, *last = start + 3 * c->n, *v_last = last + 3 * c->n;
+    momentum o = {.limit = 1, .least = (mech_real)INFINITY};
     if (mech_blocks_check(c) && c->residual == 0) return 1; /* else a guess that would do gets better from step to step */
+    for (int a = 0; a < c->n; a++) memcpy(start + 3 * a, c->blocks[a].r, 3 * sizeof(mech_real));
+    memcpy(last, start, 3 * (size_t)c->n * sizeof(mech_real));
+    memcpy(v_last, c->v, (size_t)c->nv * sizeof(mech_real));
     for (int sweep = 0; sweep < most; sweep++) {
-        const int one_way = growths < GROWTHS; /* heaps take half the sweeps then; in long chains that grows and grows */
-        note(c);
-        const int rests = sweep_once(c, one_way || sweep % 2);
-        if ((rests || sweep % CHECKED == CHECKED - 1 || sweep + 1 == most) && mech_blocks_check(c)) return 1;
-        growths += go_on(c, &before, sweep == 0, one_way);
+        const int rests = sweep_once(c);
+        if ((rests || sweep % CHECKED == CHECKED - 1 || sweep + 1 == most) && looks_solved(c)) return 1;
+        go_on(c, &o);
     }
     return mech_blocks_check(c);
 }

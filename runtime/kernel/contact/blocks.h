@@ -34,8 +34,8 @@ void mech_block_join(mech_block *block);
 /* v, all u, residual and worst of all r. Gives whether all residuals are within their slacks. */
 int mech_blocks_check(mech_blocks *c);
 
-/* Gauss-Seidel from the guesses, each cone solved exactly, with a step along conjugate directions after each sweep
- * (M. Silcowitz-Hansen, S. Niebe, K. Erleben 2010); at most so many sweeps. Gives whether it is solved. */
+/* Gauss-Seidel from the guesses, each cone solved exactly, with momentum from sweep to sweep (Y. Nesterov 1983) that begins again where
+ * it misleads (B. O'Donoghue, E. Candes 2015); at most so many sweeps. Gives whether it is solved. */
 int mech_blocks_sweep(mech_blocks *c, int most);
 
 /* Rows of all blocks; numbers of room to solve them as one problem. */
