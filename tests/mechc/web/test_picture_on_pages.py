@@ -459,20 +459,6 @@ def test_an_endless_plane_is_drawn_across_the_picture(browser: Any, tmp_path: Pa
     assert space.said == tab.said == []
 
 
-@pytest.mark.parametrize(("count", "smooth"), [(3, True), (101, False)])
-def test_a_crowd_is_drawn_plainly_by_a_processor(
-    count: int, smooth: bool, browser: Any, tmp_path: Path
-) -> None:
-    """This browser has no graphics card: without smooth edges and shadows a frame of 200 balls takes half the processor time."""
-    text = f"coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; for i in 1:{count} loop draw sphere(1 cm) at {{x, 0 m, 0.1 m*i}}; end for; experiment(stop = 1 s);"
-    tab = opened(browser, tmp_path, text)
-    found = tab.ask(
-        "[...document.querySelectorAll('#scene canvas')].map(c => c.getContext('webgl2').getContextAttributes().antialias)"
-    )
-    assert found == [smooth]
-    assert tab.said == []
-
-
 MACHINE = """
 structural parameter Integer n = 24;
 parameter R = 40 m;
