@@ -487,3 +487,19 @@ def test_a_machine_of_many_shapes_is_followed_wherever_it_goes(browser: Any, tmp
     few = opened(browser, tmp_path, MACHINE.replace("n = 24", "n = 3"))
     assert few.ask("page.follows()") is None
     assert few.said == tab.said == []
+
+
+def test_pins_are_open_and_masses_are_not(browser: Any, tmp_path: Path) -> None:
+    """The middle of a pin has the colour of the page and that of a mass its own, before a face that is drawn later."""
+    text = """coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2;
+        draw disk() at {x, 0 m}; draw sphere() at {x + 1 m, 0 m};
+        draw box({4, 2} m) at {x + 0.5 m, 0 m}, colour = "#00ff00"; experiment(stop = 1 s);"""
+    tab = opened(browser, tmp_path, text)
+    shot = Image.open(io.BytesIO(tab.tab.locator("#scene").screenshot())).convert("RGB")
+    pin, mass, face = (
+        shot.getpixel((round(place["x"]), round(place["y"])))
+        for place in (tab.ask(f"page.project([page.values({k})[0], 0, 0])") for k in range(3))
+    )
+    assert pin == (255, 255, 255)
+    assert mass not in (pin, face) and face not in (pin, mass)
+    assert tab.said == []
