@@ -139,7 +139,7 @@ def test_three_lengths_are_no_place_in_the_plane() -> None:
     ]
 
 
-@pytest.mark.parametrize(("said", "kinds"), [("", ["sphere", "mass"]), ("draw none;", [])])
+@pytest.mark.parametrize(("said", "kinds"), [("", ["disk", "mass"]), ("draw none;", [])])
 def test_draw_none_of_a_component_leaves_its_masses_out(said: str, kinds: list[str]) -> None:
     """Those of components inside it, too, and not what else is there."""
     text = f"""
