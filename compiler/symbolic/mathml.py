@@ -78,6 +78,45 @@ class _Printer(MathMLPresentationPrinter):  # type: ignore[misc]
     def _print_Symbol(self, sym: sp.Symbol, style: str = "plain") -> object:
         return _element(sym.name).cloneNode(deep=True)
 
+    def _print_Piecewise(self, e: sp.Piecewise) -> object:
+        """Write a value and its condition on each line, after a brace."""
+        cases = list(e.args)
+        while cases[-1].cond == True and isinstance(cases[-1].expr, sp.Piecewise):  # noqa: E712
+            cases += cases.pop().expr.args
+        lines = [
+            self._made("mtr", *(self._made("mtd", *part, style="text-align: left") for part in line))
+            for line in ([[self._print(case.expr)], self._when(case.cond)] for case in cases)
+        ]
+        return self._made("mrow", self._made("mo", "{"), self._made("mtable", *lines))
+
+    def _when(self, condition: sp.Basic) -> list[object]:
+        if condition == True:  # noqa: E712
+            return [self._made("mtext", "otherwise")]
+        return [self._made("mtext", "if\xa0"), self._print(condition)]
+
+    def _print_ITE(self, e: sp.ITE) -> object:
+        """Write a condition that is one where a second holds, and elsewhere another."""
+        condition, yes, no = e.args
+        here, there = sp.And(condition, yes), sp.And(sp.Not(condition), no)
+        return self._print(sp.Or(here, there) if yes != True else sp.Or(condition, no))  # noqa: E712
+
+    def _print_sign(self, e: sp.sign) -> object:
+        return self._print(sp.Function("sgn")(*e.args))
+
+    def _print_atan2(self, e: sp.atan2) -> object:
+        y, x = map(self._print, e.args)
+        opened, between, closed = (self._made("mo", sign) for sign in "(,)")
+        sides = self._made("mrow", opened, y, between, x, closed)
+        return self._made("mrow", self._made("mi", "atan2"), sides)
+
+    def _made(self, name: str, *parts: Any, **attributes: str) -> Any:
+        found = self.dom.createElement(name)
+        for key, value in attributes.items():
+            found.setAttribute(key, value)
+        for part in parts:
+            found.appendChild(self.dom.createTextNode(part) if isinstance(part, str) else part)
+        return found
+
 
 @lru_cache(1000)
 def _element(name: str) -> Any:

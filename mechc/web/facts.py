@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from msgspec import Struct, to_builtins
@@ -257,7 +257,7 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                 {"name": problem.states[k].name, "index": k, "value": found.y0[k], "factor": 1.0}
                 for k in turned
             ],
-            "parameters": [
+            "parameters": folded_last(
                 slider(
                     q,
                     k,
@@ -265,9 +265,10 @@ class PageFacts(Struct, frozen=True, kw_only=True):
                     range_of(q, found.p[k], usual.of(q.name, q.unit)),
                     self.read_in(q, found.p[k]),
                 )
+                | ({"fold": "products of inertia"} if is_no_product(q, found.p[k]) else {})
                 for k, q in enumerate(problem.parameters)
                 if k in free
-            ],
+            ),
             "starts": [
                 slider(
                     q,
@@ -410,6 +411,17 @@ def range_of(q: Quantity, value: float, usual: float | None) -> tuple[float, flo
     low = least if least == 0 or near[0] <= abs(least) <= near[1] else max(low, least)
     high = most if most == 0 or near[0] <= abs(most) <= near[1] else min(high, most)
     return min(low, value), max(high, value)
+
+
+def is_no_product(q: Quantity, value: float) -> bool:
+    """Tell whether it is a product of inertia that vanishes, as those about principal axes do: few want to change it."""
+    entry = OF_MATRIX.search(q.name)
+    return value == 0 and q.unit == "kg.m^2" and entry is not None and entry[1] != entry[2]
+
+
+def folded_last(sliders: Iterable[dict[str, object]]) -> list[dict[str, object]]:
+    """Return the sliders, those that are folded away at the end."""
+    return sorted(sliders, key=lambda s: "fold" in s)
 
 
 def range_of_start(q: Quantity, value: float, reach: float) -> tuple[float, float]:

@@ -27,11 +27,11 @@ function boxMesh() {
     faces.push(surface(1, 1, (s, t) => { const p = [0, 0, 0]; p[k] = side; p[(k + 1) % 3] = s - 0.5; p[(k + 2) % 3] = (side > 0 ? 1 : -1) * (t - 0.5); return p; }));
   return join(...faces);
 }
-/** By kind; round ones have fewer triangles the coarser they are. */
+/** By kind; round ones with so many corners. Of a sphere, each pixel of a square finds what it sees. */
 const MESHES = {
   box: boxMesh,
-  cylinder: c => join(turned(s => [s - 0.5, 1], 40 / c), turned(s => [-0.5, s], 40 / c), turned(s => [0.5, 1 - s], 40 / c)),
-  cone: c => join(turned(s => [s - 0.5, 1 - s], 40 / c), turned(s => [-0.5, s], 40 / c)),
-  sphere: c => surface(24 / c, 40 / c, (s, t) => { const a = Math.PI * s, b = 2 * Math.PI * t; return [-Math.cos(a), Math.sin(a) * Math.sin(b), Math.sin(a) * Math.cos(b)]; }),
-  torus: c => surface(48 / c, 16 / c, (s, t) => { const a = 2 * Math.PI * s, b = 2 * Math.PI * t, r = 1 + 0.1 * Math.cos(b); return [0.1 * Math.sin(b), r * Math.sin(a), r * Math.cos(a)]; }),
+  cylinder: n => join(turned(s => [s - 0.5, 1], n), turned(s => [-0.5, s], n), turned(s => [0.5, 1 - s], n)),
+  cone: n => join(turned(s => [s - 0.5, 1 - s], n), turned(s => [-0.5, s], n)),
+  sphere: () => { const points = [-1, -1, 0, 1, -1, 0, -1, 1, 0, 1, 1, 0]; return {points, normals: points, index: [0, 1, 2, 1, 3, 2]}; },
+  torus: n => surface(n, n / 4 + 2, (s, t) => { const a = 2 * Math.PI * s, b = 2 * Math.PI * t, r = 1 + 0.1 * Math.cos(b); return [0.1 * Math.sin(b), r * Math.sin(a), r * Math.cos(a)]; }),
 };

@@ -445,10 +445,10 @@ async function start(info, parts) {
     $(id).hidden = !list.length || !live;
     const parts = new Map([['', $(id)]]);
     if (live) for (const q of list) {
-      const part = list.length > MANY ? q.name.replace(/^der\(/, '').replace(/\.?[^.]*$/, '') : '';
+      const part = q.fold ?? (list.length > MANY ? q.name.replace(/^der\(/, '').replace(/\.?[^.]*$/, '') : '');
       if (!parts.has(part)) {
         const fold = $(id).appendChild(document.createElement('details'));
-        fold.innerHTML = '<summary></summary>'; fold.firstChild.textContent = part; fold.open = !narrow;
+        fold.innerHTML = '<summary></summary>'; fold.firstChild.textContent = part; fold.open = !narrow && !q.fold;
         parts.set(part, fold);
       }
       slider(q, group, q.index, parts.get(part), part);

@@ -127,7 +127,13 @@ def joined(facts: PageFacts, info: dict[str, object], parts: Mapping[str, object
         "DOC": html.escape(facts.model.doc),
         "PARTS": json.dumps({**held, **parts}),
     }
-    return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], page_text("page.html"))
+    return re.sub(r"@([A-Z]+)@", lambda m: texts[m[1]], _frame_of_page())
+
+
+@cache
+def _frame_of_page() -> str:
+    """Return the text of a page around what it holds, its first script as short as those that are packed."""
+    return SCRIPT.sub(lambda found: squeezed(COMMENTS.sub("", found[0])), page_text("page.html"), count=1)
 
 
 @cache
@@ -142,17 +148,27 @@ def _scripts(size: int) -> str:
 COMMENTS = re.compile(r"^ *(//[^\n]*\n|/\*\*.*?\*/\n|)|  // [^\n'\"`]*$", re.MULTILINE | re.DOTALL)
 """Those that have their lines to themselves, those at ends of lines, and what lines begin with."""
 
-SPACES = re.compile(r"^.*[`\"].*$|^.*/\[.*$|('(?:[^'\\\n]|\\.)*')| ?([=*<>?:,;{}()&|]+) ?", re.MULTILINE)
-"""Beside signs; lines with templates or double quotes stay as they are, and so do texts."""
+SPACES = re.compile(
+    r"""^.*/[\[`].*$"""
+    r"""|('(?:[^'\\\n]|\\.)*'|"(?:[^"\\\n]|\\.)*"|`(?:[^`$]|\$(?!\{)|\$\{(?:[^`{}]|\{[^`{}]*\}|`[^`]*`)*\})*`)"""
+    r"""| ?([=*<>?:,;{}()&|]+) ?|(?<=[\w)\]]) ([-+/]) (?=[\w(\[])""",
+    re.MULTILINE,
+)
+"""Beside signs; texts and templates stay as they are, and so do lines with a search for brackets or marks of templates."""
 SPACES_OF_STYLE = re.compile(r" ?([{}]) ?|([:;,]) ")
+
+LINE_ENDS = re.compile(r"(?<=[;{,(\[])\n|(?<=[}\]])\n(?=[}\])])")
+"""Where no statement can end."""
+
+SCRIPT = re.compile(r"(?<=<script>)\n.*?(?=</script>)", re.DOTALL)
 
 
 def squeezed(text: str, *, style: bool = False) -> str:
     """Return a script without comments, or a style, without spaces and signs that it does not need."""
     if style:
-        return SPACES_OF_STYLE.sub(r"\1\2", text)
-    short = SPACES.sub(lambda found: found[2] or found[0], text)
-    return short.replace(";\n", ";").replace(";}", "}").replace("const ", "let ")
+        return SPACES_OF_STYLE.sub(r"\1\2", text).replace("}\n", "}").replace(";}", "}")
+    short = SPACES.sub(lambda found: found[2] or found[3] or found[0], text)
+    return LINE_ENDS.sub("", short).replace(";}", "}").replace("const ", "let ")
 
 
 def page_text(name: str) -> str:

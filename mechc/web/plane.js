@@ -21,10 +21,10 @@ function makeScene(host, plan) {
   }
   const corner = (v, a, b) => [v[0] + a * v[3] + b * v[6], v[1] + a * v[4] + b * v[7]];
   function solid(points, colour) { path(points, true); c.fillStyle = colour + '66'; c.fill(); c.strokeStyle = colour; c.lineWidth = 1.6; c.stroke(); }
-  function circle(v, r, colour, spoke) {
+  function circle(v, r, colour, spoke, inside) {
     const [X, Y] = px(v[0], v[1]);
-    c.beginPath(); c.arc(X, Y, Math.max(Math.abs(r) * view.scale, 1.2), 0, 7); c.fillStyle = colour + (spoke ? '44' : 'cc'); c.fill();
-    c.strokeStyle = colour; c.lineWidth = 1.4; c.stroke();
+    c.beginPath(); c.arc(X, Y, Math.max(Math.abs(r) * view.scale, 1.2), 0, 7); c.fillStyle = inside || colour + (spoke ? '44' : 'cc'); c.fill();
+    c.strokeStyle = colour; c.lineWidth = inside ? 2 : 1.4; c.stroke();
     if (spoke) { path([[v[0], v[1]], corner(v, r, 0)]); c.stroke(); }
   }
   function arrow(a, d, colour) {
@@ -78,7 +78,7 @@ function makeScene(host, plan) {
         return solid(s.kind === 'cone' ? [at(0, -r), at(l, 0), at(0, r)] : [at(-l / 2, -r), at(l / 2, -r), at(l / 2, r), at(-l / 2, r)], colour);
       }
       case 'sphere': return circle(v, s.relative ? small : v[12], colour, !s.relative);
-      case 'disk': case 'torus': return circle(v, s.relative ? small : v[12], colour, !s.relative);
+      case 'disk': case 'torus': return circle(v, s.relative ? small : v[12], colour, !s.relative, s.relative && style('--back'));  // pins are open
       case 'mass': return circle(v, small * 2.2 * Math.cbrt(Math.abs(v[3]) / (state.heaviest || 1)), colour, false);
       case 'plane': {
         let n = [3, 4].map(k => v[12] * v[k] + v[13] * v[k + 3] + v[14] * v[k + 6]), l = Math.hypot(...n);
@@ -124,8 +124,8 @@ function makeScene(host, plan) {
     c.setTransform(scale, 0, 0, scale, 0, 0); c.clearRect(0, 0, w, h);
     if (!state?.tracks.rows.length) grid(w, h);
     if (!state) return;
-    for (const kinds of [k => k === 'trail' || k === 'curve', k => k !== 'trail' && k !== 'curve'])
-      plan.shapes.forEach((s, k) => kinds(s.kind) && shape(s, state.values(k), state));
+    const level = s => s.kind === 'trail' || s.kind === 'curve' ? 0 : s.relative && (s.kind === 'disk' || s.kind === 'sphere') ? 2 : 1;  // points are in front
+    for (const front of [0, 1, 2]) plan.shapes.forEach((s, k) => level(s) === front && shape(s, state.values(k), state));
     for (const [a, d] of state.arrows || []) arrow(a, d, '#e08a2c');
   }
   const drag = new Map();

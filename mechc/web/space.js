@@ -1,38 +1,50 @@
 // The scene in space on WebGL2: solids with light and shadow on the ground, thick lines, grid, labels, a camera around it.
 
-const SOLID = [`#version 300 es
-in vec3 point, normal, tint; in mat4 model; uniform mat4 view, onto; out vec3 n, w, hue;
-void main() { vec4 q = onto * model * vec4(point, 1.0); w = q.xyz; mat3 m = mat3(model);
-  n = transpose(inverse(m)) * normal; hue = tint; gl_Position = view * q; }`, `#version 300 es
-precision highp float; in vec3 n, w, hue; uniform vec3 eye, up; uniform float dark; out vec4 o;
-void main() { vec3 a = normalize(n), v = normalize(eye - w), l = normalize(0.8 * up + v + vec3(0.35, 0.2, 0.25));
-  float d = max(dot(a, l), 0.0), h = 0.5 + 0.5 * dot(a, up), s = pow(max(dot(a, normalize(l + v)), 0.0), 48.0);
-  o = dark > 0.0 ? vec4(0.0, 0.0, 0.0, dark) : vec4(hue * (0.36 + 0.24 * h + 0.56 * d) + 0.18 * s, 1.0); }`];
-const LINE = [`#version 300 es
-in vec3 a, b; in float fade, far; uniform mat4 view; uniform vec2 size; uniform float width; out float f;
-void main() { vec4 p = view * vec4(a, 1.0), q = view * vec4(b, 1.0); vec2 d = (q.xy / q.w - p.xy / p.w) * size;
-  vec2 e = length(d) > 1e-6 ? normalize(d) : vec2(1.0, 0.0); int k = gl_VertexID;
-  vec4 r = k < 2 ? p : q; float s = (k & 1) == 0 ? -1.0 : 1.0;
-  r.xy += (s * vec2(-e.y, e.x) + (k < 2 ? -0.5 : 0.5) * e) * width / size * r.w; f = k < 2 ? fade : far; gl_Position = r; }`, `#version 300 es
-precision highp float; in float f; uniform vec4 colour; out vec4 o;
-void main() { o = vec4(colour.rgb, 1.0) * colour.a * f; }`];
+const LIGHT = `uniform vec3 eye, up; uniform float dark;
+vec3 lit(vec3 hue, vec3 a, vec3 v) { vec3 l = normalize(0.8 * up + v + vec3(0.35, 0.2, 0.25));
+  float s = max(dot(a, normalize(l + v)), 0.0); s *= s; s *= s; s *= s; s *= s;
+  return hue * (0.48 + 0.12 * dot(a, up) + 0.56 * max(dot(a, l), 0.0)) + 0.18 * s * s * s; }`;
+/** Numbers are read from textures, and all of one kind is drawn at once: what stands in for a graphics card begins anew for each instance. */
+const READ = `uniform highp sampler2D rows, shape; vec4 row(int i) { return texelFetch(rows, ivec2(i & 1023, i >> 10), 0); }
+vec3 part(int i) { return texelFetch(shape, ivec2(i & 1023, i >> 10), 0).xyz; }`;
+const MODEL = `${READ} uniform int count; uniform mat4 view, onto; mat4 posed(int k) { return mat4(row(k), row(k + 1), row(k + 2), row(k + 3)); } ${LIGHT}`;
+/** Solids of triangles, lit at their corners where there are many of them. */
+const solidOf = plain => [`${MODEL} out vec3 n, w, hue;
+void main() { int i = gl_VertexID % count * 2, k = gl_VertexID / count * 5; mat4 model = posed(k); vec4 q = onto * model * vec4(part(i), 1.0); w = q.xyz;
+  n = transpose(inverse(mat3(model))) * part(i + 1); hue = row(k + 4).rgb; ${plain ? 'hue = lit(hue, normalize(n), normalize(eye - w));' : ''} gl_Position = view * q; }`, `in vec3 n, w, hue; out vec4 o; ${LIGHT}
+void main() { o = dark > 0.0 ? vec4(0.0, 0.0, 0.0, dark) : vec4(${plain ? 'hue' : 'lit(hue, normalize(n), normalize(eye - w))'}, 1.0); }`];
+/** A ball is a square across the line of sight, and each of its pixels finds the point of the ball that it sees. */
+const BALL = [`${MODEL} uniform vec3 side, ahead; uniform float pixel; out vec2 f; out vec3 w; flat out vec3 c, hue; flat out vec2 r;
+void main() { int k = gl_VertexID / count * 5; mat4 model = posed(k); vec3 q = (onto * vec4(model[3].xyz, 1.0)).xyz; c = q - eye; hue = row(k + 4).rgb; f = part(gl_VertexID % count * 2).xy;
+  float d = length(c); r = vec2(length(model[0].xyz), pixel * d);
+  vec3 x = normalize(cross(vec3(view[0][1], view[1][1], view[2][1]), c)), y = cross(x, c) / d;
+  w = c + (dark > 0.0 ? r.x * (f.x * side + f.y * ahead) : (d * r.x / sqrt(max(d * d - r.x * r.x, 1e-9)) + r.y) * (f.x * x + f.y * y));
+  gl_Position = view * vec4(eye + w, 1.0); }`, `uniform mat4 view; in vec2 f; in vec3 w; flat in vec3 c, hue; flat in vec2 r; out vec4 o; ${LIGHT}
+void main() { vec3 v = normalize(w), n = dot(v, c) * v - c; float h = length(n), a = dark > 0.0 ? 1.0 - dot(f, f) : min((r.x - h) / r.y + 0.5, 1.0);
+  if (a <= 0.0) discard;
+  n = (n - sqrt(max(r.x * r.x - h * h, 0.0)) * v) / r.x; vec4 p = view * vec4(eye + c + r.x * n, 1.0);
+  gl_FragDepth = dark > 0.0 ? gl_FragCoord.z : 0.5 + 0.5 * p.z / p.w; o = dark > 0.0 ? vec4(0.0, 0.0, 0.0, dark) : vec4(lit(hue, n, -v), 1.0) * a; }`];
+const LINE = [`${READ} uniform mat4 view; uniform vec2 size; out float f, t; flat out vec4 colour;
+void main() { int k = gl_VertexID & 3, i = gl_VertexID / 4 * 3; vec4 a = row(i), b = row(i + 1), p = view * vec4(a.xyz, 1.0), q = view * vec4(b.xyz, 1.0); vec2 d = (q.xy / q.w - p.xy / p.w) * size;
+  vec2 e = length(d) > 1e-6 ? normalize(d) : vec2(1.0, 0.0); vec4 r = k < 2 ? p : q; colour = row(i + 2); t = (colour.w + 1.0) * ((k & 1) == 0 ? -0.5 : 0.5);
+  r.xy += (2.0 * t * vec2(-e.y, e.x) + (k < 2 ? -0.5 : 0.5) * colour.w * e) / size * r.w; f = k < 2 ? a.w : b.w; gl_Position = r; }`, `in float f, t; flat in vec4 colour; out vec4 o;
+void main() { o = vec4(colour.rgb, 1.0) * f * clamp(0.5 * colour.w + 0.5 - abs(t), 0.0, 1.0); }`];
 
 function program(gl, [vertex, fragment]) {
   const p = gl.createProgram();
   for (const [kind, text] of [[gl.VERTEX_SHADER, vertex], [gl.FRAGMENT_SHADER, fragment]]) {
     const shader = gl.createShader(kind);
-    gl.shaderSource(shader, text); gl.compileShader(shader);
+    gl.shaderSource(shader, '#version 300 es\nprecision highp float;' + text); gl.compileShader(shader);
     if (!gl.getShaderParameter(shader, gl.COMPILE_STATUS)) throw Error(gl.getShaderInfoLog(shader));
     gl.attachShader(p, shader);
   }
-  ['point', 'normal', 'tint', 'model'].forEach((name, i) => gl.bindAttribLocation(p, i, name));
-  ['a', 'b', 'fade', 'far'].forEach((name, i) => gl.bindAttribLocation(p, i, name));
-  gl.linkProgram(p);
+  gl.linkProgram(p); gl.useProgram(p); gl.uniform1i(gl.getUniformLocation(p, 'shape'), 1);
   return new Proxy({program: p}, {get: (o, name) => name in o ? o[name] : (o[name] = gl.getUniformLocation(p, name))});
 }
 const rgb = text => [1, 3, 5].map(i => parseInt(text.slice(i, i + 2), 16) / 255);
 
-const CROWD = 100;  // shapes from which on they are drawn plainly where no graphics card draws them
+const CROWD = 100;  // shapes from which on they are lit at their corners where no graphics card draws them
+const SLOW = 26, FAST = 18, COARSE = 0.6, STANDS = 300;  // milliseconds between frames; the coarsest drawing; milliseconds after which a picture stands
 /** Whether the processor stands in for a graphics card. */
 const byProcessor = gl => /SwiftShader|llvmpipe|software|basic render/i.test(gl.getParameter(gl.getExtension('WEBGL_debug_renderer_info')?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER));
 
@@ -41,41 +53,58 @@ function makeStage(host, {up = [0, 0, 1], shapes = []}) {
   const open = antialias => { const canvas = host.appendChild(document.createElement('canvas')); return [canvas, canvas.getContext('webgl2', {antialias, alpha: true, stencil: true})]; };
   let [canvas, gl] = open(true);
   if (!gl) throw Error('no WebGL2');
-  const plain = shapes.length > CROWD && byProcessor(gl);  // without shadows and smooth edges: they take most of a frame then
-  if (plain) { canvas.remove(); [canvas, gl] = open(false); }
-  const solid = program(gl, SOLID), stroke = program(gl, LINE), meshes = {}, solids = [], lines = [], labels = [];
+  // where the processor draws, edges are smooth once the picture stands: it is drawn with twice as many pixels each way then, with fewer while frames are late
+  const weak = byProcessor(gl), plain = weak && shapes.length > CROWD;
+  if (weak) { canvas.remove(); [canvas, gl] = open(false); }
+  let fine = 1, drawn = 0, lag = 17, calm = 0, wait = 120, stands;
+  function fineness() {
+    const now = performance.now(), gap = now - drawn;
+    drawn = now;
+    clearTimeout(stands);
+    stands = setTimeout(() => { fine = 1; draw(2); }, STANDS);
+    if (gap > STANDS) return;
+    lag += (gap - lag) / 16; calm++;
+    if (lag > SLOW && fine > COARSE) { fine = Math.max(fine - 0.2, COARSE); lag = FAST; calm = 0; wait *= 2; }
+    else if (lag < FAST && fine < 1 && calm > wait) { fine = Math.min(fine + 0.2, 1); calm = 0; }
+  }
+  const solid = program(gl, solidOf(plain)), ball = program(gl, BALL), stroke = program(gl, LINE), meshes = {}, solids = [], lines = [], labels = [];
   const side = unit(cross(up, Math.abs(up[0]) < 0.9 ? [1, 0, 0] : [0, 1, 0])), ahead = cross(side, up);
 
-  function mesh(kind, own, coarse = 1) {
-    const key = kind + (coarse > 1 ? coarse : '');
-    if (meshes[key]) return meshes[key];
-    const {points, normals, index} = own || MESHES[kind](coarse), vao = gl.createVertexArray();
-    gl.bindVertexArray(vao);
-    [points, normals].forEach((data, i) => {
-      gl.bindBuffer(gl.ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(data), gl.STATIC_DRAW);
-      gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, 3, gl.FLOAT, false, 0, 0);
-    });
-    const each = gl.createBuffer();  // a row for each solid of this mesh: colour, and the columns of its matrix
-    gl.bindBuffer(gl.ARRAY_BUFFER, each);
-    [[2, 3, 0], [3, 4, 12], [4, 4, 28], [5, 4, 44], [6, 4, 60]].forEach(([i, n, offset]) => {
-      gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, n, gl.FLOAT, false, 76, offset); gl.vertexAttribDivisor(i, 1);
-    });
-    gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, gl.createBuffer()); gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, new Uint32Array(index), gl.STATIC_DRAW);
-    gl.bindVertexArray(null);
-    return meshes[key] = {vao, n: index.length, each, rows: []};
+  /** A texture of rows of four numbers. */
+  function texture(rows, place = gl.createTexture()) {
+    const high = Math.ceil(rows.length / 4096) || 1, all = new Float32Array(4096 * high);
+    all.set(rows); gl.bindTexture(gl.TEXTURE_2D, place);
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA32F, 1024, high, 0, gl.RGBA, gl.FLOAT, all);
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST);
+    return place;
   }
+  /** Triangles that are drawn many times at once; `count` numbers of corners lie between those of one and the next. */
+  function many(index, count) {
+    const buffer = gl.createBuffer(), rows = texture([]);
+    let room = 0;
+    return {rows, count, draw(n) {
+      gl.bindBuffer(gl.ELEMENT_ARRAY_BUFFER, buffer);
+      if (n > room) {
+        room = 2 * n;
+        const all = new Uint32Array(room * index.length);
+        for (let k = 0, at = 0; k < room; k++) for (const i of index) all[at++] = i + k * count;
+        gl.bufferData(gl.ELEMENT_ARRAY_BUFFER, all, gl.STATIC_DRAW);
+      }
+      gl.bindTexture(gl.TEXTURE_2D, rows); gl.drawElements(gl.TRIANGLES, n * index.length, gl.UNSIGNED_INT, 0);
+    }};
+  }
+  function mesh(kind, own, corners = 40) {
+    const key = kind + corners;
+    if (meshes[key]) return meshes[key];
+    const {points, normals, index} = own || MESHES[kind](corners), n = points.length / 3, shape = new Float32Array(8 * n);
+    for (let i = 0; i < n; i++) for (let k = 0; k < 3; k++) { shape[8 * i + k] = points[3 * i + k]; shape[8 * i + 4 + k] = normals[3 * i + k]; }
+    return meshes[key] = {...many(index, n), shape: texture(shape), items: [], open: own, by: kind === 'sphere' ? ball : solid};
+  }
+  const strokes = many([0, 1, 2, 2, 1, 3], 4);
   /** Segments (or a strip) of rows x, y, z, fade. */
   function line(colour, width = 2, strip = true) {
-    const vao = gl.createVertexArray(), buffer = gl.createBuffer();
-    gl.bindVertexArray(vao); gl.bindBuffer(gl.ARRAY_BUFFER, buffer);
-    const stride = strip ? 16 : 32;
-    [[0, 3, 0], [1, 3, 16], [2, 1, 12], [3, 1, 28]].forEach(([i, n, offset]) => {
-      gl.enableVertexAttribArray(i); gl.vertexAttribPointer(i, n, gl.FLOAT, false, stride, offset); gl.vertexAttribDivisor(i, 1);
-    });
-    gl.bindVertexArray(null);
-    const item = {vao, n: 0, colour: rgb(colour), width, paint(c) { item.colour = rgb(c); return item; }, set(rows) {
-      gl.bindBuffer(gl.ARRAY_BUFFER, buffer); gl.bufferData(gl.ARRAY_BUFFER, rows, gl.DYNAMIC_DRAW);
-      item.n = strip ? Math.max(0, rows.length / 4 - 1) : rows.length / 8;
+    const item = {rows: [], n: 0, step: strip ? 4 : 8, colour: rgb(colour), width, paint(c) { item.colour = rgb(c); return item; }, set(rows) {
+      item.rows = rows; item.n = strip ? Math.max(0, rows.length / 4 - 1) : rows.length / 8;
     }};
     lines.push(item);
     return item;
@@ -134,49 +163,65 @@ function makeStage(host, {up = [0, 0, 1], shapes = []}) {
     if (e.buttons === 1 && !e.shiftKey) {
       camera.azimuth -= e.movementX * 0.008; camera.elevation = Math.min(1.55, Math.max(-1.55, camera.elevation + e.movementY * 0.008));
     } else {
-      const z = unit(sub(eye, camera.target)), x = unit(cross(up, z)), y = cross(z, x), s = camera.distance / size[1] * 0.73;
-      camera.target = camera.target.map((v, k) => v + s * (-e.movementX * x[k] + e.movementY * y[k]));
+      const {right, above, far} = glance(), s = camera.distance / far;
+      camera.target = camera.target.map((v, k) => v + s * (e.movementY * above[k] - e.movementX * right[k]));
     }
     draw();
   });
   canvas.addEventListener('wheel', e => { e.preventDefault(); camera.moved = true; camera.distance *= Math.exp(e.deltaY * 0.001); draw(); }, {passive: false});
   new ResizeObserver(() => draw()).observe(host);
 
-  /** The mesh of a round solid, coarser the fewer pixels it has. */
+  /** The mesh of a round solid with so many corners that edges are a quarter of a pixel off. */
   function seen({kind, mesh: whole, matrix: m}) {
-    const r = Math.hypot(m[8], m[9], m[10]) / Math.hypot(m[12] - eye[0], m[13] - eye[1], m[14] - eye[2]);
-    return r * size[1] > 20 || !MESHES[kind]?.length ? whole : mesh(kind, null, 4);
+    const r = Math.hypot(m[8], m[9], m[10]) / Math.hypot(m[12] - eye[0], m[13] - eye[1], m[14] - eye[2]) * canvas.height;
+    return MESHES[kind]?.length ? mesh(kind, null, [8, 12, 20].find(n => n * n > 27 * r) ?? 40) : whole;
   }
-  function draw() {
-    const scale = Math.min(devicePixelRatio || 1, 2);
+  function draw(still) {
+    if (weak && !still) fineness();
+    const scale = Math.min(devicePixelRatio || 1, 2) * (still || fine);
     size = [host.clientWidth, host.clientHeight];
-    if (canvas.width !== Math.round(size[0] * scale) || canvas.height !== Math.round(size[1] * scale)) { canvas.width = size[0] * scale; canvas.height = size[1] * scale; }
+    const [wide, high] = size.map(v => Math.round(v * scale));
+    if (canvas.width !== wide || canvas.height !== high) { canvas.width = wide; canvas.height = high; }
     look();
     gl.viewport(0, 0, canvas.width, canvas.height); gl.clearColor(0, 0, 0, 0); gl.clear(gl.COLOR_BUFFER_BIT | gl.DEPTH_BUFFER_BIT | gl.STENCIL_BUFFER_BIT);
     gl.enable(gl.DEPTH_TEST); gl.enable(gl.BLEND); gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA);
-    gl.useProgram(solid.program);
-    gl.uniformMatrix4fv(solid.view, false, view); gl.uniform3fv(solid.eye, eye); gl.uniform3fv(solid.up, up);
-    for (const mesh of Object.values(meshes)) mesh.rows = [];
-    for (const item of solids) if (item.matrix) seen(item).rows.push(...item.colour, ...item.matrix);
-    for (const {each, rows} of Object.values(meshes)) { gl.bindBuffer(gl.ARRAY_BUFFER, each); gl.bufferData(gl.ARRAY_BUFFER, new Float32Array(rows), gl.DYNAMIC_DRAW); }
-    fill(at([0, 0, 0], 1), 0);
-    if (ground !== null && !plain) shadows();
-    gl.useProgram(stroke.program); gl.uniformMatrix4fv(stroke.view, false, view); gl.uniform2f(stroke.size, canvas.width, canvas.height);
-    gl.depthMask(false);
-    for (const l of lines) if (l.n) {
-      gl.bindVertexArray(l.vao); gl.uniform1f(stroke.width, l.width * scale); gl.uniform4f(stroke.colour, ...l.colour, 1);
-      gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, l.n);
+    for (const p of [solid, ball]) { gl.useProgram(p.program); gl.uniformMatrix4fv(p.view, false, view); gl.uniform3fv(p.eye, eye); gl.uniform3fv(p.up, up); }
+    gl.uniform1f(ball.pixel, 1 / glance().far / scale);
+    for (const mesh of Object.values(meshes)) mesh.items = [];
+    for (const item of solids) if (item.matrix) {
+      const [x, y, z] = item.matrix.subarray(12);
+      item.far = item.kind === 'sphere' ? Math.hypot(x - eye[0], y - eye[1], z - eye[2]) : Infinity;
     }
-    gl.depthMask(true); gl.bindVertexArray(null);
-    for (const l of labels) {
-      const [x, y, z] = l.point, w = view[3] * x + view[7] * y + view[11] * z + view[15];
-      const X = (view[0] * x + view[4] * y + view[8] * z + view[12]) / w, Y = (view[1] * x + view[5] * y + view[9] * z + view[13]) / w;
-      l.element.style.transform = `translate(${(X + 1) / 2 * size[0]}px, ${(1 - Y) / 2 * size[1]}px)`;
+    solids.sort((a, b) => b.far - a.far);  // edges of balls are blended with what is behind them
+    for (const item of solids) if (item.matrix) seen(item).items.push(item);
+    for (const {rows, items} of Object.values(meshes)) if (items.length) {
+      const all = new Float32Array(20 * items.length);
+      items.forEach(({matrix, colour}, k) => { all.set(matrix, 20 * k); all.set(colour, 20 * k + 16); });
+      texture(all, rows);
+    }
+    fill(at([0, 0, 0], 1), 0);
+    if (ground !== null) shadows();
+    gl.useProgram(stroke.program); gl.uniformMatrix4fv(stroke.view, false, view); gl.uniform2f(stroke.size, canvas.width, canvas.height);
+    const all = new Float32Array(12 * lines.reduce((sum, l) => sum + l.n, 0));
+    let to = 0;
+    for (const {rows, n, step, colour, width} of lines) for (let k = 0; k < n; k++, to += 12) {
+      for (let i = 0; i < 8; i++) all[to + i] = rows[step * k + i];
+      for (let i = 0; i < 3; i++) all[to + 8 + i] = colour[i];
+      all[to + 11] = width * scale;
+    }
+    texture(all, strokes.rows);
+    gl.depthMask(false); gl.disable(gl.CULL_FACE); strokes.draw(to / 12); gl.depthMask(true);
+    for (const {point, element} of labels) {
+      const seen = project(point);
+      element.hidden = !seen;
+      if (seen) element.style.transform = `translate(${seen.x}px, ${seen.y}px)`;
     }
   }
   function fill(onto, dark) {
-    gl.uniformMatrix4fv(solid.onto, false, onto); gl.uniform1f(solid.dark, dark);
-    for (const {vao, n, rows} of Object.values(meshes)) if (rows.length) { gl.bindVertexArray(vao); gl.drawElementsInstanced(gl.TRIANGLES, n, gl.UNSIGNED_INT, 0, rows.length / 19); }
+    for (const {items, count, draw, shape, by, open} of Object.values(meshes).sort((a, b) => (a.by === ball) - (b.by === ball))) if (items.length) {
+      gl.useProgram(by.program); gl.uniformMatrix4fv(by.onto, false, onto); gl.uniform1f(by.dark, dark); gl.uniform1i(by.count, count); gl[open ? 'disable' : 'enable'](gl.CULL_FACE);
+      gl.activeTexture(gl.TEXTURE1); gl.bindTexture(gl.TEXTURE_2D, shape); gl.activeTexture(gl.TEXTURE0); draw(items.length);
+    }
   }
   /** Solids flattened along the light onto the ground; the stencil darkens each pixel once. */
   function shadows() {
@@ -185,6 +230,7 @@ function makeStage(host, {up = [0, 0, 1], shapes = []}) {
     for (let j = 0; j < 4; j++) for (let i = 0; i < 3; i++) m[4 * j + i] = (i === j ? 1 : 0) - (j < 3 ? up[j] : -g) * l[i] * k;
     m[15] = 1;
     gl.enable(gl.STENCIL_TEST); gl.stencilFunc(gl.EQUAL, 0, 255); gl.stencilOp(gl.KEEP, gl.KEEP, gl.INCR); gl.depthMask(false);
+    gl.useProgram(ball.program); gl.uniform3fv(ball.side, unit(cross(up, l))); gl.uniform3fv(ball.ahead, unit(sub(l.map(x => x * k), up)).map(x => x * k));
     fill(m, +getComputedStyle(host).getPropertyValue('--shadow'));
     gl.disable(gl.STENCIL_TEST); gl.depthMask(true);
   }

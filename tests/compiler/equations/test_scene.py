@@ -139,7 +139,7 @@ def test_three_lengths_are_no_place_in_the_plane() -> None:
     ]
 
 
-@pytest.mark.parametrize(("said", "kinds"), [("", ["sphere", "mass"]), ("draw none;", [])])
+@pytest.mark.parametrize(("said", "kinds"), [("", ["disk", "mass"]), ("draw none;", [])])
 def test_draw_none_of_a_component_leaves_its_masses_out(said: str, kinds: list[str]) -> None:
     """Those of components inside it, too, and not what else is there."""
     text = f"""
@@ -149,8 +149,8 @@ model Chain frame a; Inner inner; Revolute hinge(a -> inner.a); {said} end Chain
 model M Chain chain(a = world); coordinate x = 1 m; mass 1 kg at world * {{x, 0 m}}; experiment(stop = 1 s); end M;
 """
     scene, _, _ = numbers(text, np.linspace(0, 1, 2))
-    balls = [s.kind for s in scene.shapes if s.name.startswith("chain.") and s.kind in ("sphere", "mass")]
-    assert balls == kinds
+    drawn = [s.kind for s in scene.shapes if s.name.startswith("chain.") and s.kind in ("disk", "mass")]
+    assert drawn == kinds
     assert "mass" in {s.kind for s in scene.shapes if not s.name}
 
 

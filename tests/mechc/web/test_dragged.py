@@ -66,11 +66,11 @@ class Held(Struct, frozen=True):
 
 
 MODELS = {
-    "double_pendulum": Held(kind="sphere", name="elbow"),
+    "double_pendulum": Held(kind="disk", name="elbow"),
     "four_bar_free": Held(FREE, "sphere", ""),
     "four_bar_driven": Held(DRIVEN, "sphere", ""),
     "bouncing_ball": Held(kind="sphere"),
-    "slider_crank": Held(kind="sphere", name="big_end"),
+    "slider_crank": Held(kind="disk", name="big_end"),
     "quarter_car": Held(slider="v"),
     "stewart_platform": Held(slider="Rb"),
     "heavy_top_rotation": Held(kind="mass"),

@@ -46,11 +46,31 @@ def test_the_page_reads_it_too(samples: list[bytes]) -> None:
     assert [bytes(numbers) for numbers in json.loads(done.stdout)] == samples
 
 
-def test_scripts_lose_spaces_beside_signs_and_texts_keep_theirs() -> None:
-    assert squeezed("a = b ? 'x = y, z' : [1, 2];\nf(`p = ${q}, r`);\nif (q) { const c = a - -b; }\nd") == (
-        "a=b?'x = y, z':[1,2];f(`p = ${q}, r`);if(q){let c=a - -b}\nd"
-    )
-    assert squeezed("a { b: c, d; } .e :is(f) {}", style=True) == "a{b:c,d;}.e :is(f){}"
+@pytest.mark.parametrize(
+    ("script", "short"),
+    [
+        (
+            "a = b ? 'x = y, z' : [1, 2];\nif (q) { const c = a - -b; }\nd",
+            "a=b?'x = y, z':[1,2];if(q){let c=a - -b}\nd",
+        ),
+        ('f(`p = ${q}, r`, "a = b", c - d);', 'f(`p = ${q}, r`,"a = b",c-d);'),
+        (
+            "f(`a ${b ? `c, d` : ''} e`, x + y)",
+            "f(`a ${b ? `c, d` : ''} e`,x+y)",
+        ),  # templates within each other
+        ("f(`a, b\nc, d = e`, 1)", "f(`a, b\nc, d = e`,1)"),
+        (
+            "f = () => {\n  g([\n1,\n2]);\n}\nh();",
+            "f=()=>{  g([1,2])}\nh();",
+        ),  # a statement may end at a brace
+    ],
+)
+def test_scripts_lose_spaces_beside_signs_and_texts_keep_theirs(script: str, short: str) -> None:
+    assert squeezed(script) == short
+
+
+def test_styles_lose_spaces_beside_signs() -> None:
+    assert squeezed("a { b: c, d; }\n.e :is(f) {}", style=True) == "a{b:c,d}.e :is(f){}"
 
 
 def test_no_comment_is_left_in_scripts() -> None:

@@ -453,20 +453,6 @@ def test_an_endless_plane_is_drawn_across_the_picture(browser: Any, tmp_path: Pa
     assert space.said == tab.said == []
 
 
-@pytest.mark.parametrize(("count", "smooth"), [(3, True), (101, False)])
-def test_a_crowd_is_drawn_plainly_by_a_processor(
-    count: int, smooth: bool, browser: Any, tmp_path: Path
-) -> None:
-    """This browser has no graphics card: without smooth edges and shadows a frame of 200 balls takes half the processor time."""
-    text = f"coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2; for i in 1:{count} loop draw sphere(1 cm) at {{x, 0 m, 0.1 m*i}}; end for; experiment(stop = 1 s);"
-    tab = opened(browser, tmp_path, text)
-    found = tab.ask(
-        "[...document.querySelectorAll('#scene canvas')].map(c => c.getContext('webgl2').getContextAttributes().antialias)"
-    )
-    assert found == [smooth]
-    assert tab.said == []
-
-
 MACHINE = """
 structural parameter Integer n = 24;
 parameter R = 40 m;
@@ -495,3 +481,19 @@ def test_a_machine_of_many_shapes_is_followed_wherever_it_goes(browser: Any, tmp
     few = opened(browser, tmp_path, MACHINE.replace("n = 24", "n = 3"))
     assert few.ask("page.follows()") is None
     assert few.said == tab.said == []
+
+
+def test_pins_are_open_and_masses_are_not(browser: Any, tmp_path: Path) -> None:
+    """The middle of a pin has the colour of the page and that of a mass its own, before a face that is drawn later."""
+    text = """coordinate x = 1 m; kinetic 1/2*1 kg*der(x)^2;
+        draw disk() at {x, 0 m}; draw sphere() at {x + 1 m, 0 m};
+        draw box({4, 2} m) at {x + 0.5 m, 0 m}, colour = "#00ff00"; experiment(stop = 1 s);"""
+    tab = opened(browser, tmp_path, text)
+    shot = Image.open(io.BytesIO(tab.tab.locator("#scene").screenshot())).convert("RGB")
+    pin, mass, face = (
+        shot.getpixel((round(place["x"]), round(place["y"])))
+        for place in (tab.ask(f"page.project([page.values({k})[0], 0, 0])") for k in range(3))
+    )
+    assert pin == (255, 255, 255)
+    assert mass not in (pin, face) and face not in (pin, mass)
+    assert tab.said == []

@@ -310,6 +310,26 @@ def test_many_sliders_can_be_folded_by_components(
 
 
 @needs_browser
+def test_products_of_inertia_that_vanish_are_folded_away(browser: Any, tmp_path: Path) -> None:
+    """Of the inertia about principal axes three sliders stand first; one that is tilted by 5 kg.m^2 stays among them."""
+    path = tmp_path / "page.html"
+    text = "import mech.spatial.*; Body b(m = 1 kg, J = {{3, 0.5, 0}, {0.5, 2, 0}, {0, 0, 1}} kg.m^2); Free f(world -> b.a, der(orientation) = {1, 2, 3} rad/s); parameter k = 1 N.m; torque {k, 0 N.m, 0 N.m} on b.a; experiment(stop = 0.1 s);"
+    path.write_text(page(mechc.loads(text)))
+    page_ = Opened(browser, path)
+    sliders = "[...document.querySelectorAll('#parameters input[type=range]')].map(e => [e.id.slice(2), e.closest('details')?.firstChild.textContent ?? ''])"
+    found = page_.ask(sliders)
+    first = [name for name, fold in found if not fold]
+    assert {"b.J[1,1]", "b.J[1,2]", "b.J[2,1]", "b.J[2,2]", "b.J[3,3]", "k"} <= set(first)
+    assert [row for row in found if row[1]] == [
+        [f"b.J[{i},{j}]", "products of inertia"] for i, j in ((1, 3), (2, 3), (3, 1), (3, 2))
+    ]
+    assert not page_.ask("document.querySelector('#parameters details').open")
+    page_.set("b.J[1,3]", 0.1)
+    assert page_.ask("page.run.p[page.info.parameters.find(q => q.name === 'b.J[1,3]').index]") == 0.1
+    assert page_.said == []
+
+
+@needs_browser
 def test_fingers_find_all_controls(browser: Any, tmp_path: Path) -> None:
     page_ = opened(browser, tmp_path, mechc.loads(ENDED), viewport={"width": 390, "height": 844})
     small = page_.ask(
